@@ -95,7 +95,7 @@ module contensou_drivers_eval
    character(len=*), parameter :: oblique_inputs(*) = [character(len=4) :: "nu", "psi1"]
 
    !> Inputs that must not be negative: as many as the first ones of a kernel.
-   integer, parameter :: wrench_magnitudes = 4, creep_magnitudes = 5, stiffness_magnitudes = 3
+   integer, parameter :: wrench_magnitudes = 4, creep_magnitudes = 6, stiffness_magnitudes = 3
    integer, parameter :: kalker_magnitudes = 2
 
    !> What is evaluated for each row.
@@ -437,7 +437,7 @@ contains
       call choose("law of creep", config%model, default_creep, models%info%name, i, error)
       if (allocated(error)) return
       evaluation%magnitudes = creep_magnitudes
-      evaluation%magnitude_names = "N, a, b, f and G"
+      evaluation%magnitude_names = "N, a, b, f, G and nu"
       if (config%elements > 0) then
          if (models(i)%info%name /= "boundary_elements") then
             call fatal(error, "--elements goes with the model boundary_elements", status_usage)
@@ -494,8 +494,8 @@ contains
 
       evaluation%tangential = kernel
       if (kernel == "tangential") then
-         evaluation%magnitudes = wrench_magnitudes
-         evaluation%magnitude_names = "N, a, b and f"
+         evaluation%magnitudes = creep_magnitudes
+         evaluation%magnitude_names = "N, a, b, f, G and nu"
       else if (kernel == "tangential_stiffness") then
          evaluation%magnitudes = stiffness_magnitudes
          evaluation%magnitude_names = "a, b and G"

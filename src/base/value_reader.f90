@@ -13,7 +13,7 @@ module contensou_base_value_reader
       here, is_key, is_key_at, is_name, letters, lose_line, max_characters, max_values, mistake, &
       newline, parse_continuation, parser_type, peek, peek_next, quotes, shown_character, &
       skip_space, word_end, word_width
-   use contensou_base_text, only : lower, quote, shorten
+   use contensou_base_text, only : lower, nearest, quote, shorten
    implicit none(type, external)
    private
 
@@ -700,7 +700,7 @@ contains
       character(len=:), allocatable :: expected, message, word
       type(origin_type) :: origin
       type(value_type) :: value
-      integer :: column, first, form, last, next
+      integer :: column, first, form, last, near, next
       logical :: loses
 
       first = parser%column
@@ -759,6 +759,9 @@ contains
       else if (scan(word(1:1), letters // "_./~") > 0 .or. ichar(word(1:1)) > 127) then
          message = "text '" // shorten(word, word_width) // "' needs quotes"
          expected = quote(shorten(word, word_width))
+         near = 0
+         if (is_name(word)) near = nearest(word, parser%constants)
+         if (near > 0) expected = expected // ", or the constant " // parser%constants(near)%s
       else
          message = "'" // shorten(word, word_width) // "' is not a value"
          expected = "a number, .true., .false., or a text in quotes"

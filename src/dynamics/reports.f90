@@ -60,6 +60,8 @@ module contensou_dynamics_reports
       real(wp) :: kinetic = 0.0_wp, potential = 0.0_wp, elastic = 0.0_wp
       !> Work so far: lost, or stored by states of parts; supplied [J].
       real(wp) :: friction = 0.0_wp, damping = 0.0_wp, applied = 0.0_wp
+      !> What of the work of friction is stored [J].
+      real(wp) :: stored = 0.0_wp
    contains
       procedure :: total
    end type energy_type
@@ -89,6 +91,7 @@ contains
       do i = 1, size(system%contacts)
          call report_contact(system, i, row)
          energy%elastic = energy%elastic + row%elastic_energy
+         energy%stored = energy%stored + row%stored_friction
       end do
       energy%elastic = energy%elastic + spring_energy(system)
       call energies(system, y, energy%kinetic, energy%potential)

@@ -138,10 +138,10 @@ contains
       end associate
    end subroutine begin_balance
 
-   !> See whether the energy is where it should be.
+   !> See whether the energy is where it should be, and what is lost in friction remains so.
    subroutine check_balance(self, error)
       type(march_type), intent(inout) :: self
-      !> Set when the balance is off by more than the tolerance explains.
+      !> Set when it is off by more than the tolerance explains.
       type(error_type), allocatable, intent(out) :: error
       type(energy_type) :: energy
       type(kept_type) :: kept
@@ -159,7 +159,16 @@ contains
          bound = max(leak, leak_of_tolerance*motion%scales%rtol) &
             *max(memory%energy_moved, motion%scales%energy) &
             + rounded*max(abs(memory%energy), abs(energy%potential))
-         if (.not. abs(off) > bound) then
+         memory%lost = max(memory%lost, energy%friction - energy%stored)
+         if (memory%lost - (energy%friction - energy%stored) > bound) then
+            write(digits, "(es9.2, a, es9.2)") memory%lost - (energy%friction - energy%stored), &
+               " J of", memory%energy_moved
+            call fatal(error, "friction has given back what was lost in it:" // trim(digits) // &
+               " J that moved. A smaller integrator.rtol or integrator.max_step keeps it " // &
+               "where steps are to blame")
+            return
+         end if
+         if (abs(off) <= bound) then
             if (abs(off) > warned*bound) memory%imbalance = max(memory%imbalance, &
                abs(off)/max(memory%energy_moved, tiny(off)))
             ! At the end it is told.

@@ -316,6 +316,7 @@ contains
          memory%energy = energy%total()
          memory%potential = energy%potential
          memory%energy_moved = max(energy%kinetic, energy%elastic)
+         memory%lost = energy%friction - energy%stored
       end associate
    end subroutine adopt_state
 

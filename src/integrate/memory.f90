@@ -73,6 +73,8 @@ module contensou_integrate_memory
       real(wp) :: energy = 0.0_wp, energy_moved = 0.0_wp
       !> Potential energy at the beginning [J].
       real(wp) :: potential = 0.0_wp
+      !> The most that was lost in friction since it was looked at first here [J].
+      real(wp) :: lost = 0.0_wp
       !> Largest share of the energy that moved by which the balance was off; 0 as long as that is
       !> too little to be told.
       real(wp) :: imbalance = 0.0_wp

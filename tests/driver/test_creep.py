@@ -424,3 +424,35 @@ def test_velocities_far_below_the_others(evaluate, law, build_kind):
     for row, one, other in zip(rows, found, exact, strict=True):
         if row[6] or law not in ("strip", "polach"):
             assert off(row, one, other) <= 6e-4
+
+
+@pytest.mark.parametrize(
+    ("kernel", "header", "row"),
+    [
+        ("creep", INPUTS, "1,1e-3,1e-3,0.3,1e9,-0.1,1e-3,0,0,-1,0"),
+        ("tangential", "N,a,b,f,G,nu,dx,dy,twist", "1,1e-3,1e-3,0.3,1e9,-0.1,1e-6,0,0"),
+        ("tangential", "N,a,b,f,G,nu,dx,dy,twist", "1,1e-3,1e-3,0.3,-1e9,0.3,1e-6,0,0"),
+        ("kalker", "a_over_b,nu,chi", "1,-0.1,0"),
+    ],
+)
+def test_moduli_that_are_negative(run, kernel, header, row):
+    done = run("eval", kernel, input=f"{header}\n{row}\n")
+    assert (done.status, done.out) == (2, "")
+    assert "nu must not be negative" in done.err
+
+
+def test_linear_where_nothing_rolls(run, tmp_path):
+    (tmp_path / "spin.nml").write_text("""
+&scene gravity = 0, 0, -9.81, t_end = 1 /
+&material name = 'rubber', young = 5e6, poisson = 0.47 /
+&body name = 'ball', density = 550, position = 0, 0, 0.0299, spin = 0, 0, 40 /
+&surface name = 'skin', body = 'ball', shape = 'sphere', radius = 0.03, material = 'rubber' /
+&surface name = 'floor', body = 'ground', shape = 'plane', material = 'rubber' /
+&contact name = 'foot', surfaces = 'floor', 'skin', damping = 'none', friction_coefficient = 0.5,
+   friction = 'contensou_exact', tangential = 'rolling', creep = 'linear' /
+&output file = 'o.h5', interval = 0.1 /
+""")
+    done = run("run", "spin.nml")
+    assert done.status == 1
+    assert "contact 'foot': where nothing rolls its law of creep has no value" in done.err
+    assert "larger" not in done.err

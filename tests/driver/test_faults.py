@@ -179,6 +179,16 @@ FAULTS = {
         "*(v*(dv/vv) - d)",
         "*(d*(dv/vv) - d)",
     ),
+    "sliding that turns back within a step": (
+        "contact/tangential/memory.f90",
+        "end = in_strains(self, self%step_rates(1:3))",
+        "end = in_strains(self, self%rates(1:3))",
+    ),
+    "memory of rigid contacts measured against forces that crush them": (
+        "integrate/motion.f90",
+        "usual = overlap_of_load(scene, contact, s%velocity)",
+        "usual = s%usual_overlap()",
+    ),
     "slip that does not fade as it rolls": (
         "contact/tangential/memory.f90",
         "now%fading = turned/shifted",
@@ -251,6 +261,12 @@ LIKELY = {
     "strain that is let go with each step on an ellipse": "tangential",
     "slip along the mean of a step that turns": "tangential",
     "slip that does not fade as it rolls": "tangential",
+    "sliding that turns back within a step": (
+        "tests/driver/test_tangential_runs.py::test_what_slides_to_rest_stops"
+    ),
+    "memory of rigid contacts measured against forces that crush them": (
+        "tests/driver/test_tangential_runs.py::test_what_slides_up_a_slope_slides_back"
+    ),
 }
 UNIT_TESTS = "tests/unit_tests"
 PROGRAM = "drivers/contensou"

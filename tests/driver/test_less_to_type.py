@@ -107,6 +107,7 @@ WRONG = {
     "mass = 'heavy'": ("needs a number, this is a text", "> 0.0"),
     "mass = '1.0'": ("needs a number, this is a text", "> 0.0"),
     "mass = heavy": ("text 'heavy' needs quotes", "'heavy'"),
+    "mass = tild": ("text 'tild' needs quotes", "'tild', or the constant tilt"),
     "mass = m, motion = 2*m": ("needs a text in quotes, this is a number", "free"),
 }
 

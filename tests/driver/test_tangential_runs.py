@@ -228,3 +228,102 @@ def test_what_it_does_not_go_with_is_said(fails, tmp_path, change, words):
     assert "scene.nml:" in said
     assert words in said
     assert not (tmp_path / "out.h5").exists()
+
+
+# Three feet that slide, without a push to any side.
+SLIDING = """
+&constants v = 1.0 slope = 0.0 /
+&scene gravity = 9.81*sin(slope) 0 -9.81*cos(slope) t_end = 0.4 /
+&material name = 'steel' young = 2.1e11 poisson = 0.3 /
+&body name = 'stool' mass = 0.5 inertia = 3*1.0e-4 position = 0, 0, {height} velocity = v, 0, 0 /
+&surface name = 'foot_1' body = 'stool' shape = 'sphere' radius = 0.005 material = 'steel'
+   centre = 0.04, 0, -0.015 /
+&surface name = 'foot_2' body = 'stool' shape = 'sphere' radius = 0.005 material = 'steel'
+   centre = -0.02, 0.034641016151377546, -0.015 /
+&surface name = 'foot_3' body = 'stool' shape = 'sphere' radius = 0.005 material = 'steel'
+   centre = -0.02, -0.034641016151377546, -0.015 /
+&surface name = 'floor' body = 'ground' shape = 'plane' normal = 0, 0, 1 material = 'steel' /
+&defaults {normal} friction = 'contensou_exact' friction_coefficient = 0.3 tangential = 'elastic' /
+&contacts first = 'foot*' second = 'floor' /
+&integrator method = 'cvode_bdf' /
+&output file = 'o.h5' interval = 1e-3 /
+"""
+NORMAL = {
+    "rigid": {"normal": "normal = 'rigid'", "height": 0.02},
+    "hertz": {"normal": "damping = 'hunt_crossley' damping_coefficient = 100", "height": 0.0199998},
+}
+METHODS = ["explicit8", "cvode_bdf", "cvode_adams", "auto"]
+
+
+def is_lost_for_good(rows, share=1e-6):
+    """Whether all is finite, and friction gives back less than a share of what it took."""
+    lost = rows["work_friction"]
+    assert np.isfinite(lost).all()
+    assert np.isfinite(rows["energy_tangential"]).all()
+    return (np.maximum.accumulate(lost) - lost).max() <= share * lost.max()
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8])
+@pytest.mark.parametrize("normal", NORMAL)
+@pytest.mark.parametrize("method", METHODS)
+def test_what_slides_to_rest_stops(rows_of, method, normal, rtol):
+    """Steps of sliding are long: none goes on sliding backwards where it stops."""
+    words = (f"integrator.method={method}", f"integrator.rtol={rtol}")
+    rows = rows_of(SLIDING.format(**NORMAL[normal]), *words)
+    assert rows["position"][-1, 0, 0] == pytest.approx(1 / (2 * 0.3 * 9.81), abs=2e-6)
+    # What was strained springs back.
+    assert rows["velocity"][:, 0, 0].min() > -1e-3
+    assert is_lost_for_good(rows)
+
+
+@pytest.mark.parametrize("tangential", ["elastic", "spring"])
+@pytest.mark.parametrize("normal", NORMAL)
+@pytest.mark.parametrize("method", METHODS)
+def test_what_slides_up_a_slope_slides_back(rows_of, method, normal, tangential):
+    slope, v = 0.54, 1.0
+    words = (f"integrator.method={method}", f"constants.v={-v}", f"constants.slope={slope}")
+    more = (f"defaults.tangential={tangential}", "scene.t_end=0.5")
+    rows = rows_of(SLIDING.format(**NORMAL[normal]), *words, *more)
+    up, down = (9.81 * (np.sin(slope) + sign * 0.3 * np.cos(slope)) for sign in (1, -1))
+    rest = 0.5 - v / up
+    # Turning takes the time in which feet spring from one limit to the other: 1e-3 s.
+    assert rows["position"][-1, 0, 0] == pytest.approx(
+        -(v**2) / (2 * up) + down * rest**2 / 2, abs=4e-4
+    )
+    assert rows["velocity"][-1, 0, 0] == pytest.approx(down * rest, abs=1.5e-3)
+    assert is_lost_for_good(rows)
+
+
+@pytest.mark.parametrize("tangential", ["elastic", "spring"])
+@pytest.mark.parametrize("method", METHODS)
+def test_what_slides_to_and_fro(rows_of, method, tangential):
+    """On a spring and soft rubber, which is strained by much: the motion is that of fine steps."""
+    scene = """
+&scene gravity = 0, 0, -9.81 t_end = 0.2 /
+&material name = 'rubber' young = 1e8 poisson = 0.3 /
+&body name = 'block' motion = 'spindle' mass = 0.5 position = 0, 0, 0.01 velocity = 0.3, 0, 0
+   place = 'rest' /
+&surface name = 'foot' body = 'block' shape = 'sphere' radius = 0.01 material = 'rubber' /
+&surface name = 'floor' body = 'ground' shape = 'plane' normal = 0, 0, 1 material = 'rubber' /
+&contact name = 'c' surfaces = 'floor', 'foot' damping = 'hunt_crossley'
+   damping_coefficient = 100 friction = 'contensou_exact' friction_coefficient = 0.1
+   tangential = 'elastic' /
+&spring name = 'k' bodies = 'ground', 'block' stiffness = 500, 300, 0 /
+&output file = 'o.h5' interval = 1e-3 /
+"""
+    words = (f"integrator.method={method}", f"contact.tangential={tangential}")
+    rows = rows_of(scene, *words, "integrator.rtol=1e-7")
+    fine = rows_of(scene, *words, "integrator.rtol=1e-9", "integrator.max_step=2e-5")
+    assert is_lost_for_good(rows)
+    assert np.abs(rows["position"] - fine["position"]).max() < 3e-6 * np.ptp(fine["position"])
+
+
+def test_a_rigid_ball_that_comes_to_roll(rows_of):
+    """Its memory is measured against its own load: steps are as short as that of the memory."""
+    scene = BALL.replace("friction = 'contensou_exact'", "normal = 'rigid' friction = 'pade22'")
+    words = ("scene.t_end=0.01", "ball.velocity=0.02,0,0", "scene.gravity=0,0,-9.81")
+    rows = rows_of(scene, *words, "output.interval=1e-5")
+    fine = rows_of(scene, *words, "output.interval=1e-5", "integrator.max_step=2e-6")
+    assert is_lost_for_good(rows)
+    assert np.abs(rows["velocity"] - fine["velocity"]).max() < 1e-5 * 0.02
+    assert np.abs(fine["velocity"][-1, 0, 0] - 5 / 7 * 0.02) < 2e-5

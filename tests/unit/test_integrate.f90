@@ -109,6 +109,7 @@ contains
          call test_dip(trim(integrator_methods(i)))
          call test_deep(trim(integrator_methods(i)))
          call test_missed(trim(integrator_methods(i)))
+         call test_given_back(trim(integrator_methods(i)))
       end do
       call test_row_count()
       call test_rows()
@@ -613,6 +614,39 @@ contains
          end do
       end do
    end subroutine test_missed
+
+   !> A march in which less is lost in friction than before ends with a message, one in which that
+   !> is a millionth of the energy does not.
+   subroutine test_given_back(method)
+      character(len=*), intent(in) :: method
+      type(scene_type) :: scene
+      type(simulation_type) :: simulation
+      type(recorder_type) :: recorder
+      type(error_type), allocatable :: error
+      real(wp), parameter :: share(2) = [1.0e-6_wp, 1.0e-2_wp]
+      logical :: told
+      integer :: i
+
+      call ball(scene, 0.1_wp)
+      scene%gravity = [0.0_wp, 0.0_wp, -9.81_wp]
+      scene%t_end = 0.4_wp
+      scene%integrator%method = method
+      do i = 1, size(share)
+         call recorder%clear()
+         recorder%stop_at = 0.2_wp
+         call new_simulation(scene, simulation, error)
+         if (.not. allocated(error)) call simulate(simulation, recorder, error)
+         call check(.not. allocated(error) .and. simulation%stopped, method // ": with friction")
+         recorder%stop_at = huge(scene%t_end)
+         associate (memory => simulation%memory)
+            memory%lost = memory%lost + share(i)*memory%energy_moved
+         end associate
+         if (.not. allocated(error)) call simulate(simulation, recorder, error)
+         told = .false.
+         if (allocated(error)) told = index(error%message, "friction has given back") > 0
+         call check(told .eqv. i == 2, method // ": friction that gives back")
+      end do
+   end subroutine test_given_back
 
    !> The observer can stop the march after any step.
    subroutine test_stop()

@@ -705,8 +705,9 @@ contains
    !> its distance from that of two steps in place of the one, as it grows with their square.
    !>
    !> Within a step the wrench follows from the shift at its end, whatever came in between. So where
-   !> the motion turns back in the step the two are those to that place and back from there, as far
-   !> as what is on one side of it is made up for by the other.
+   !> the motion turns back in the step the two are those to that place and back from there; and
+   !> what counts as well is the error where it is back where it was, as friction may have another
+   !> sign up to there.
    pure subroutine deviate(self, time_step, deviation, turn)
       class(tangential_type), intent(inout) :: self
       !> Time since the last accepted step [s].
@@ -736,18 +737,29 @@ contains
       call strain(self%past, self%axis, spot, first, (1.0_wp - part)*self%rates(1:3) &
          + part*self%foreseen, self%sure, self%poisson, self%drilling, self%half, wrench)
       call self%half%turn_to(self%axis)
-      once = self%bears
-      back = 1.0_wp
-      if (turn < 1.0_wp) back = min(1.0_wp, norm2(in_strains(self, first(1:3))) &
-         /max(norm2(in_strains(self, rest(1:3))), tiny(back)))
-      if (back < 1.0_wp .or. self%share >= 1.0_wp) call strain(self%past, self%axis, self%spot, &
-         first + back*rest, self%foreseen, self%sure, self%poisson, self%drilling, self%whole, once)
-      call strain(self%half, self%axis, self%spot, back*rest, self%foreseen, self%sure, &
-         self%poisson, self%drilling, self%whole, wrench)
-      wrench = wrench - once
-      if (turn >= 1.0_wp) wrench = (1.0_wp - self%share)*wrench
-      wrench(3) = wrench(3)/self%spot%a
-      deviation = 2.0_wp*sqrt(dot_product(wrench, wrench))/scale
+      if (turn < 1.0_wp) then
+         back = min(1.0_wp, norm2(in_strains(self, first(1:3))) &
+            /max(norm2(in_strains(self, rest(1:3))), tiny(back)))
+         call strain(self%past, self%axis, self%spot, first + back*rest, self%foreseen, self%sure, &
+            self%poisson, self%drilling, self%whole, once)
+         call strain(self%half, self%axis, self%spot, back*rest, self%foreseen, self%sure, &
+            self%poisson, self%drilling, self%whole, wrench)
+         deviation = apart(wrench, once)
+      end if
+      if (self%share >= 1.0_wp) return
+      call strain(self%half, self%axis, self%spot, rest, self%foreseen, self%sure, self%poisson, &
+         self%drilling, self%whole, wrench)
+      deviation = max(deviation, (1.0_wp - self%share)*apart(wrench, self%bears))
+
+   contains
+
+      !> Twice the distance of two wrenches, over the limit.
+      pure real(wp) function apart(one, other)
+         real(wp), intent(in) :: one(3), other(3)
+
+         apart = 2.0_wp*norm2((one - other)/[1.0_wp, 1.0_wp, self%spot%a])/scale
+      end function apart
+
    end subroutine deviate
 
    !> Part of the step of the last state that was evaluated after which it goes back, 1 where it

@@ -702,6 +702,7 @@ contains
       real(wp) :: u(3), force(3), stiffness(3), hessian(3, 3), size
       type(shared_type) :: shared
       type(shell_type) :: shell
+      logical :: bears(3)
       integer :: j
 
       u = velocity*[1.0_wp, 1.0_wp, spot%a]
@@ -716,8 +717,10 @@ contains
          shell%outer = self%within(j)
          call sliding_force(shell, u, shared, force, hessian)
          force = force*spot%limit*[1.0_wp, 1.0_wp, spot%a]
-         self%shift(j, :) = (1.0_wp - share)*self%shift(j, :) + share*force/max(stiffness, &
-            tiny(stiffness))
+         ! A shell so narrow that rounding leaves it no stiffness bears nothing.
+         bears = stiffness > epsilon(stiffness)**2*spot%stiffness
+         force = merge(force, 0.0_wp, bears)/merge(stiffness, 1.0_wp, bears)
+         self%shift(j, :) = (1.0_wp - share)*self%shift(j, :) + share*force
          self%direction(j, :) = u
          self%slipped(j) = .true.
       end do

@@ -233,7 +233,7 @@ def test_what_it_does_not_go_with_is_said(fails, tmp_path, change, words):
 # Three feet that slide, without a push to any side.
 SLIDING = """
 &constants v = 1.0 slope = 0.0 /
-&scene gravity = 9.81*sin(slope) 0 -9.81*cos(slope) t_end = 0.4 /
+&scene gravity = 9.81*sin(slope) 0 -9.81*cos(slope) t_end = 0.345 /
 &material name = 'steel' young = 2.1e11 poisson = 0.3 /
 &body name = 'stool' mass = 0.5 inertia = 3*1.0e-4 position = 0, 0, {height} velocity = v, 0, 0 /
 &surface name = 'foot_1' body = 'stool' shape = 'sphere' radius = 0.005 material = 'steel'

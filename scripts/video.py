@@ -99,8 +99,7 @@ def film(options: argparse.Namespace, output: Path) -> None:
                 when = start + k * options.speed / options.rate
                 browser.frame(window, when).save(frames / f"{k:05d}.png")
         finally:
-            window.process.terminate()
-            window.process.wait()
+            window.close()
         if not moving:
             os.replace(frames, output)
             return

@@ -35,7 +35,10 @@ class Browser:
     """A browser with one page."""
 
     def __init__(self, width=1280, height=720):
-        self.folder = tempfile.TemporaryDirectory(prefix="contensou-browser-")
+        # The browser's own processes may still write there while it is removed.
+        self.folder = tempfile.TemporaryDirectory(
+            prefix="contensou-browser-", ignore_cleanup_errors=True
+        )
         there, to_browser = os.pipe()
         from_browser, back = os.pipe()
 
@@ -211,11 +214,10 @@ class Browser:
         os.close(self.out)
         os.close(self.into)
         for _ in range(20):
-            try:
-                self.folder.cleanup()
+            self.folder.cleanup()
+            if not Path(self.folder.name).exists():
                 break
-            except OSError:
-                time.sleep(0.1)
+            time.sleep(0.1)
 
 
 def show(window: Browser, page: Path, camera: str, nearer: float) -> None:

@@ -160,8 +160,7 @@ def main() -> int:
         print(f"error: {problem}", file=sys.stderr)
         return 1
     finally:
-        window.process.terminate()
-        window.process.wait()
+        window.close()
     TEXT.write_text(text(), encoding="utf-8")
     return 0
 

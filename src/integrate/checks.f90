@@ -145,7 +145,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(energy_type) :: energy
       type(kept_type) :: kept
-      real(wp) :: off, bound
+      real(wp) :: off, bound, back
       character(len=48) :: digits
 
       associate (memory => self%memory, motion => self%motion)
@@ -160,9 +160,9 @@ contains
             *max(memory%energy_moved, motion%scales%energy) &
             + rounded*max(abs(memory%energy), abs(energy%potential))
          memory%lost = max(memory%lost, energy%friction - energy%stored)
-         if (memory%lost - (energy%friction - energy%stored) > bound) then
-            write(digits, "(es9.2, a, es9.2)") memory%lost - (energy%friction - energy%stored), &
-               " J of", memory%energy_moved
+         back = memory%lost - (energy%friction - energy%stored)
+         if (back > bound) then
+            write(digits, "(es9.2, a, es9.2)") back, " J of", memory%energy_moved
             call fatal(error, "friction has given back what was lost in it:" // trim(digits) // &
                " J that moved. A smaller integrator.rtol or integrator.max_step keeps it " // &
                "where steps are to blame")

@@ -19,7 +19,7 @@ module contensou_contact_geometry
       trouble_jammed, trouble_redundant, trouble_apex, trouble_sunk, trouble_pulls, &
       trouble_drives
    public :: trouble_far, trouble_sudden, trouble_spots, trouble_endless, trouble_squeezed, &
-      trouble_unsettled, trouble_unseen, trouble_merged, trouble_missed
+      trouble_unsettled, trouble_unseen, trouble_merged, trouble_missed, trouble_still
 
    !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
    !> in a point, a formula for the spot that gives none, friction that jams a rigid contact, rigid
@@ -31,9 +31,9 @@ module contensou_contact_geometry
 
    !> More of it: positions too large for their rounding, an overlap that no motion explains, a
    !> place where the surfaces touch without a spot, two spots that become one under load, a touch
-   !> or a lift-off that went unnoticed.
+   !> or a lift-off that went unnoticed, a law of creep that has no value without rolling.
    integer, parameter :: trouble_far = 20, trouble_sudden = 21, trouble_spots = 22, &
-      trouble_unseen = 23, trouble_merged = 24, trouble_missed = 25
+      trouble_unseen = 23, trouble_merged = 24, trouble_missed = 25, trouble_still = 26
 
    !> What a track follows: the closest place; one that it keeps, however close others are, as each
    !> spot of a contact that has several; none.
@@ -415,6 +415,9 @@ contains
          text = "a touch or a lift-off was missed: the contact counts as closed where its " // &
             "surfaces are apart, or as open where they overlap; an integrator.max_step below " // &
             "the time that it takes to touch and part finds it"
+      case (trouble_still)
+         text = "where nothing rolls its law of creep has no value; creep = 'table', the " // &
+            "default, has one"
       case (trouble_far)
          text = "its bodies are so far from the origin that the rounding of their positions " // &
             "is not small against the overlap; an origin near where they touch resolves it"

@@ -10,10 +10,12 @@
 !> Rigid contacts come last: their normal forces follow from the accelerations that all the rest
 !> gives.
 module contensou_dynamics_equations
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_rate, to_body, to_inertial
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_motion_type, search_trouble, trouble_none
+   use contensou_contact_geometry, only : contact_motion_type, search_trouble, trouble_none, &
+      trouble_still
    use contensou_contact_law, only : contact_load_type
    use contensou_dynamics_constraints, only : constraints_type
    use contensou_dynamics_mechanism, only : body_type, contact_type, mechanism_type, &
@@ -527,6 +529,10 @@ contains
          resolution = self%resolution%of(a, b, at%point)
          if (contact%evolves) then
             call contact%evolve(a, b, now, resolution, load)
+            if (ieee_is_nan(load%friction_force(1))) then
+               call leave_domain(self, index, trouble_still)
+               return
+            end if
          else
             call contact%law%evaluate(now, resolution, load)
          end if

@@ -8,7 +8,6 @@
 !> several threads do not know of each other, and nothing is printed. Errors come back with their
 !> text.
 module contensou_study_simulation
-   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_errors, only : error_type, fatal, status_failed, status_usage
    use contensou_base_kinds, only : wp
@@ -306,7 +305,6 @@ contains
       character(len=*), intent(in) :: reason
       character(len=:), allocatable :: text
       real(wp) :: gap(size(system%contacts)), rate(size(system%contacts)), deepest
-      type(contact_report_type) :: row
       integer :: i, deep
 
       deep = system%too_deep
@@ -319,14 +317,6 @@ contains
          if (system%contacts(i)%track%away) cycle
          text = text // new_line("a") // "  contact " // quote(name_of(scene, i)) // ": gap " // &
             number_text(gap(i), 4) // " m, changing at " // number_text(rate(i), 4) // " m/s"
-      end do
-      do i = 1, size(gap)
-         if (.not. allocated(system%contacts(i)%law%steady)) cycle
-         call report_contact(system, i, row)
-         if (.not. any(ieee_is_nan(row%load%friction_force))) cycle
-         text = text // new_line("a") // "  contact " // quote(name_of(scene, i)) // ": where " // &
-            "nothing rolls its law of creep has no value; creep = 'table', the default, has one"
-         return
       end do
       if (system%trouble > 0) then
          text = text // new_line("a") // "  contact " // &

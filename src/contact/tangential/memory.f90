@@ -705,10 +705,10 @@ contains
    !> its distance from that of two steps in place of the one, as it grows with their square.
    !>
    !> Within a step the wrench follows from the shift at its end, whatever came in between. So where
-   !> the motion turns back in the step the two are those to that place and back from there; and
-   !> what counts as well is the error where it is back where it was, as friction may have another
-   !> sign up to there.
-   pure subroutine deviate(self, time_step, deviation, turn)
+   !> the motion turns back in the step the two may be those to that place and back from there, too;
+   !> and what counts as well is the error where it is back where it was, as friction may have
+   !> another sign up to there.
+   subroutine deviate(self, time_step, deviation, turn)
       class(tangential_type), intent(inout) :: self
       !> Time since the last accepted step [s].
       real(wp), intent(in) :: time_step
@@ -716,42 +716,59 @@ contains
       !> Part of the step after which the motion turns back, 1 where it does not.
       real(wp), intent(out) :: turn
       type(spring_spot_type) :: spot
-      real(wp) :: first(4), rest(4), wrench(3), once(3), scale, part, back
+      real(wp) :: first(4), rest(4), wrench(3), once(3), scale, back
 
       deviation = 0.0_wp
       turn = 1.0_wp
       scale = max(self%spot%limit, self%limit, self%reference)
       if (.not. (self%spot%limit > 0.0_wp .and. self%spot%a > 0.0_wp)) return
       turn = turning_back(self)
-      if (self%share >= 1.0_wp .and. turn >= 1.0_wp) return
-      part = merge(turn, 0.5_wp, turn < 1.0_wp)
-      ! The cubic with these rates at its ends.
-      first = (part*part*(3.0_wp - 2.0_wp*part))*self%step + (part*(1.0_wp - part)*time_step) &
-         *((1.0_wp - part)*self%rates - part*self%step_rates)
-      first(4) = min(max(first(4), 0.0_wp), max(self%step(4), 0.0_wp))
-      rest = self%step - first
-      spot = self%spot
-      spot%limit = (1.0_wp - part)*self%limit + part*self%spot%limit
-      spot%a = (1.0_wp - part)*self%a + part*self%spot%a
-      call spot%stiffen(self%modulus, self%poisson)
-      call strain(self%past, self%axis, spot, first, (1.0_wp - part)*self%rates(1:3) &
-         + part*self%foreseen, self%sure, self%poisson, self%drilling, self%half, wrench)
-      call self%half%turn_to(self%axis)
-      if (turn < 1.0_wp) then
-         back = min(1.0_wp, norm2(in_strains(self, first(1:3))) &
-            /max(norm2(in_strains(self, rest(1:3))), tiny(back)))
-         call strain(self%past, self%axis, self%spot, first + back*rest, self%foreseen, self%sure, &
-            self%poisson, self%drilling, self%whole, once)
-         call strain(self%half, self%axis, self%spot, back*rest, self%foreseen, self%sure, &
-            self%poisson, self%drilling, self%whole, wrench)
-         deviation = apart(wrench, once)
+      if (self%share < 1.0_wp) then
+         call begin_with(0.5_wp)
+         call end_with_rest()
       end if
-      if (self%share >= 1.0_wp) return
-      call strain(self%half, self%axis, self%spot, rest, self%foreseen, self%sure, self%poisson, &
-         self%drilling, self%whole, wrench)
-      deviation = max(deviation, (1.0_wp - self%share)*apart(wrench, self%bears))
+      if (turn >= 1.0_wp) then
+         turn = sticking_again(self, time_step)
+         if (turn >= 1.0_wp) return
+         call begin_with(turn)
+         call end_with_rest()
+         return
+      end if
+      call begin_with(turn)
+      back = min(1.0_wp, norm2(in_strains(self, first(1:3))) &
+         /max(norm2(in_strains(self, rest(1:3))), tiny(back)))
+      call strain(self%past, self%axis, self%spot, first + back*rest, self%foreseen, self%sure, &
+         self%poisson, self%drilling, self%whole, once)
+      call strain(self%half, self%axis, self%spot, back*rest, self%foreseen, self%sure, &
+         self%poisson, self%drilling, self%whole, wrench)
+      deviation = max(deviation, apart(wrench, once))
+      if (self%share < 1.0_wp) call end_with_rest()
 
    contains
+
+      !> Take the first part of the step, along the cubic with these rates at its ends.
+      subroutine begin_with(part)
+         real(wp), intent(in) :: part
+
+         first = (part*part*(3.0_wp - 2.0_wp*part))*self%step + (part*(1.0_wp - part)*time_step) &
+            *((1.0_wp - part)*self%rates - part*self%step_rates)
+         first(4) = min(max(first(4), 0.0_wp), max(self%step(4), 0.0_wp))
+         rest = self%step - first
+         spot = self%spot
+         spot%limit = (1.0_wp - part)*self%limit + part*self%spot%limit
+         spot%a = (1.0_wp - part)*self%a + part*self%spot%a
+         call spot%stiffen(self%modulus, self%poisson)
+         call strain(self%past, self%axis, spot, first, (1.0_wp - part)*self%rates(1:3) &
+            + part*self%foreseen, self%sure, self%poisson, self%drilling, self%half, wrench)
+         call self%half%turn_to(self%axis)
+      end subroutine begin_with
+
+      !> Take the rest of it.
+      subroutine end_with_rest()
+         call strain(self%half, self%axis, self%spot, rest, self%foreseen, self%sure, &
+            self%poisson, self%drilling, self%whole, wrench)
+         deviation = max(deviation, (1.0_wp - self%share)*apart(wrench, self%bears))
+      end subroutine end_with_rest
 
       !> Twice the distance of two wrenches, over the limit.
       pure real(wp) function apart(one, other)
@@ -774,6 +791,22 @@ contains
       if (dot_product(begin, end) < 0.0_wp) part = dot_product(begin, begin - end) &
          /dot_product(begin - end, begin - end)
    end function turning_back
+
+   !> Part of the step after which what has slipped sticks as the limit grows by more than the force
+   !> would, 1 where it does not: rates of the shift as straight between the ends, that of the limit
+   !> as even.
+   pure real(wp) function sticking_again(self, time_step) result(part)
+      class(tangential_type), intent(in) :: self
+      real(wp), intent(in) :: time_step
+      real(wp) :: begin, end, growth
+
+      part = 1.0_wp
+      growth = (self%spot%limit - self%limit)/(self%spot%limit*time_step)
+      if (.not. growth > 0.0_wp) return
+      begin = norm2(in_strains(self, self%rates(1:3)))
+      end = norm2(in_strains(self, self%step_rates(1:3)))
+      if (begin > growth .and. end < growth) part = (begin - growth)/(begin - end)
+   end function sticking_again
 
    !> Accept the last state that was evaluated: it is remembered.
    pure subroutine keep(self)

@@ -454,5 +454,5 @@ def test_linear_where_nothing_rolls(run, tmp_path):
 """)
     done = run("run", "spin.nml")
     assert done.status == 1
-    assert "contact 'foot', surfaces 'floor', 'skin': where nothing rolls its law of creep has no value" in done.err
+    assert "contact 'foot', surfaces 'floor' and 'skin': where nothing rolls its law" in done.err
     assert "larger" not in done.err

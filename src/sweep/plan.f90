@@ -31,8 +31,8 @@ module contensou_sweep_plan
       !> Units; empty for a text, or if they depend on the model.
       character(len=:), allocatable :: units
       character(len=:), allocatable :: long_name
-      !> Whether the values are texts.
-      logical :: is_text = .false.
+      !> Whether the values are texts, and whether they are whole numbers.
+      logical :: is_text = .false., is_whole = .false.
       !> How it varies, one of the `vary_*` codes; 0 for the rows of a table.
       integer :: vary = 0
       !> First and last value, or bounds.
@@ -194,6 +194,7 @@ contains
                value%real = parameter%last
             else
                value%real = between(parameter, real(i - 1, wp)/real(parameter%count - 1, wp))
+               if (parameter%is_whole) value%real = anint(value%real)
             end if
          case default
             u = self%sampler%coordinate(case_number, p)

@@ -12,7 +12,7 @@ module contensou_sweep_reader
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : expected_of, refuse_other_kind, resolve
-   use contensou_base_schema, only : key_type, schema_type
+   use contensou_base_schema, only : key_type, kind_integer, schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
    use contensou_base_text, only : join, lower, quote, starts_with, string_type
    use contensou_scene_reader, only : load_scene, loaded_scene_type, mistakes_text
@@ -490,6 +490,7 @@ contains
          parameter%paths(i)%s = targets(i)%path
       end do
       parameter%is_text = targets(1)%is_text()
+      parameter%is_whole = any(targets%key%kind == kind_integer)
       parameter%units = trim(targets(1)%key%unit)
       if (parameter%units == "model") parameter%units = ""
       parameter%long_name = join(parameter%paths, ", ")
@@ -557,8 +558,23 @@ contains
          parameter%count == 1) then
          call diagnostics%add(group%place("count", 1), &
             "one value cannot be both 'first' and 'last'", "count >= 2, or values = V")
+      else if (parameter%is_whole .and. .not. is_even(sampling, parameter)) then
+         call diagnostics%add(group%place("first", 1), "'" // parameter%paths(1)%s // &
+            "' is a whole number, and what is between 'first' and 'last' is not", &
+            "values = V1, V2, ...")
       end if
    end subroutine read_range
+
+   !> Whether all values of a range between whole numbers are whole.
+   pure logical function is_even(sampling, parameter)
+      integer, intent(in) :: sampling
+      type(parameter_column_type), intent(in) :: parameter
+
+      is_even = sampling == sampling_grid .and. parameter%vary == vary_linear .and. &
+         parameter%count > 1
+      if (is_even) is_even = abs(modulo(parameter%last - parameter%first, &
+         real(parameter%count - 1, wp))) <= 0.0_wp
+   end function is_even
 
    !> Texts that stand for numbers are computed.
    subroutine compute_values(list, constants, diagnostics)

@@ -194,6 +194,7 @@ contains
       character(len=:), allocatable :: text
 
       text = "; the rows so far are in " // name // part_suffix // ", --resume continues the run"
+      if (file_exists(name)) text = text // " once " // name // " is moved away"
    end function so_far
 
    !> Tell the user.

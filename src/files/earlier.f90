@@ -172,7 +172,12 @@ contains
          if (allocated(error)) return
          if (found == found_good) then
             earlier%complete = .true.
-            call notice(earlier, name // " is complete")
+            if (is_resumable(name)) then
+               call notice(earlier, name // " is complete; to go on with the run of " // name // &
+                  part_suffix // ", move it away")
+            else
+               call notice(earlier, name // " is complete")
+            end if
             ! A life that was killed after its last row can have left these.
             if (.not. file_exists(name // part_suffix)) then
                call forget(name, .true., unremoved)

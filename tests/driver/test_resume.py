@@ -306,6 +306,23 @@ def test_force_begins_anew(run, executable, tmp_path):
         assert file["provenance/lives"][()] == 1
 
 
+@pytest.mark.usefixtures("long_scene")
+def test_a_complete_file_is_in_the_way(run, executable, tmp_path):
+    (tmp_path / "top.h5").write_bytes(b"")
+    err = interrupted(executable, tmp_path, "--force")
+    assert "--resume continues the run once top.h5 is moved away" in err
+    (tmp_path / "top.h5").unlink()
+    assert run("run", "top.nml", TIGHT, "-q", "--resume").status == 0
+    interrupted(executable, tmp_path, "--force")
+    result = run("run", "top.nml", TIGHT, "--resume")
+    assert result.status == 0
+    assert "top.h5 is complete; to go on with the run of top.h5.part, move it away" in result.err
+    (tmp_path / "top.h5").unlink()
+    result = run("run", "top.nml", TIGHT, "--resume")
+    assert result.status == 0
+    assert "resuming at t = " in result.err
+
+
 def test_nothing_to_resume(run, scene):
     result = run("run", scene, "--resume")
     assert result.status == 0

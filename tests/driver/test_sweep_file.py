@@ -88,6 +88,17 @@ def test_grid(run, ball, tmp_path):
     assert (table["status"] == 0).all()
 
 
+def test_whole_numbers(run, ball, tmp_path):
+    ball("""\
+&sweep scene = 'ball.nml', output = 'table.h5' /
+&parameter name = 'integrator.jacobian_steps', first = 2, last = 12, count = 6 /
+""")
+    result = run("sweep", "sweep.nml")
+    assert result.status == 0, result.err
+    found = rows(tmp_path / "table.h5")["parameters/integrator.jacobian_steps"]
+    assert list(found) == [2, 4, 6, 8, 10, 12]
+
+
 def test_latin_hypercube(run, ball, tmp_path):
     sweep = ball("""\
 &sweep scene = 'ball.nml', sampling = 'latin_hypercube', cases = 50, seed = 4, keep = 'steps' /
@@ -697,6 +708,19 @@ MASS = "&parameter name = 'ball.mass', values = 1, 2 /\n"
             1,
             53,
             "no.csv cannot be read: it does not exist",
+        ),
+        (
+            HEAD + "&parameter name='integrator.jacobian_steps', first=1, last=12, count=3 /\n",
+            2,
+            53,
+            "is a whole number, and what is between 'first' and 'last' is not",
+        ),
+        (
+            "&sweep scene = 'ball.nml', sampling='sobol', cases=4 /\n"
+            "&parameter name='integrator.jacobian_steps', first=1, last=9 /\n",
+            2,
+            53,
+            "is a whole number, and what is between 'first' and 'last' is not",
         ),
     ],
 )

@@ -191,6 +191,48 @@ def test_spins_after_impacts_are_those_that_were_measured(rows_of):
     assert found == pytest.approx(others, rel=0.01)
 
 
+def test_it_sticks_again_at_once_by_either_method(rows_of):
+    # Slip that ended within a long step went on to its end, and friction gave back.
+    scene = (EXAMPLES / "oblique_impact.nml").read_text(encoding="utf-8")
+    for angle in (0.3, 0.36, 0.39, 0.42):
+        ends = []
+        for method in ("explicit8", "cvode_bdf"):
+            rows = rows_of(scene, f"constants.angle={angle}", f"integrator.method={method}")
+            assert np.diff(rows["work_friction"]).min() >= -1e-8 * rows["energy_kinetic"][0]
+            ends.append(rows["velocity"][-1, 0, 0])
+        assert ends[0] == pytest.approx(ends[1], abs=2e-4)
+
+
+# A ball that does not turn is pressed on a plate; it bounces on its spot and slides to and fro.
+SHAKEN = """
+&scene title = 'slip that ends under a rising load' t_end = 0.006 /
+&material name = 'steel' young = 2.1e11 poisson = 0.3 /
+&body name = 'ball' motion = 'spindle' mass = 1 position = 0, 0, 0.00999642
+   velocity = 0.02267, 0, 0.01868 /
+&surface name = 'skin' body = 'ball' shape = 'sphere' radius = 0.01 material = 'steel' /
+&surface name = 'plate' body = 'ground' shape = 'plane' material = 'steel' /
+&contact name = 'spot' surfaces = 'plate', 'skin' friction = 'contensou_exact'
+   friction_coefficient = 0.3 tangential = 'elastic' /
+&spring name = 'bushing' bodies = 'ground', 'ball' stiffness = 4.0e5 preload = 0, 0, -100 /
+&integrator method = 'explicit8' rtol = 1e-6 /
+&output file = 'o.h5' interval = 1e-6 /
+"""
+
+
+@pytest.mark.parametrize(
+    ("layers", "rtol", "within"),
+    [(12, 1e-4, 0.025), (12, 1e-6, 0.012), (64, 1e-6, 0.012), (12, 1e-8, 0.004)],
+)
+def test_it_sticks_under_a_rising_load(rows_of, layers, rtol, within):
+    number = f"contact.layers={layers}"
+    right = rows_of(SHAKEN, number, "integrator.method=cvode_bdf", "integrator.rtol=1e-8")
+    rows = rows_of(SHAKEN, number, f"integrator.rtol={rtol}")
+    error = (rows["friction_force"] - right["friction_force"])[:, 0, 0]
+    assert np.abs(error).max() <= within * 30.0
+    lost = rows["work_friction"]
+    assert (np.maximum.accumulate(lost) - lost).max() <= 2e-3 * lost[-1]
+
+
 @pytest.mark.parametrize("angle", [85.0, 89.0, 89.9])
 def test_nothing_gains_energy_at_a_grazing_impact(rows_of, angle):
     restitution, _ = impact_at(rows_of, angle)

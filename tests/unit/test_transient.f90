@@ -34,6 +34,7 @@ contains
       if (.not. is_checked()) call test_more_marches()
       call test_steady()
       call test_steady_spin()
+      call test_steady_on_limit()
       call test_kept_on_ellipse()
       call test_rest()
       call test_slopes()
@@ -335,6 +336,43 @@ contains
       end do
       call worst%check_below(1.0e-6_wp, "steady rolling with spin: wrench of the law")
    end subroutine test_steady_spin
+
+   !> Nor is the wrench another one where the law is on the limit of full sliding.
+   subroutine test_steady_on_limit()
+      character(len=*), parameter :: laws(5) = [character(len=7) :: "table", "brush", "fastsim", &
+         "strip", "polach"]
+      ! k, direction of the rolling [deg], creepages along the axes and spin times a, in e0.
+      real(wp), parameter :: states(5, 4) = reshape([ &
+         1.0_wp, 53.0_wp, 2.0_wp, 0.0_wp, 0.0_wp, &
+         1.0_wp, 53.0_wp, 0.0_wp, 10.0_wp, 0.0_wp, &
+         1.0_wp, 0.0_wp, -4.0_wp, 4.0_wp, 0.5_wp, &
+         0.5_wp, 30.0_wp, -6.0_wp, 3.0_wp, 1.0_wp], [5, 4])
+      type(tangential_type) :: contact
+      type(rung_type) :: friction
+      type(spot_shape_type) :: shape
+      type(worst_type) :: worst
+      real(wp) :: y(n), motion(3), e(2), wrench(3), expected(3), scale(3)
+      integer :: i, j
+
+      do i = 1, size(laws)
+         do j = 1, size(states, 2)
+            shape = circular_shape
+            if (states(1, j) < 1.0_wp) shape = elliptic_shape(states(1, j))
+            call make(trim(laws(i)), contact, friction, 0.45_wp)
+            e = [cos(states(2, j)*pi/180.0_wp), sin(states(2, j)*pi/180.0_wp)]
+            motion = creep_scale(shape)*states(3:, j)*[1.0_wp, 1.0_wp, 1.0_wp/a]
+            y = 0.0_wp
+            y(1) = 1.0_wp
+            call pass(contact, friction, shape, motion, -e, 60.0_wp*a, 12000, y, wrench)
+            call contact%carry%creep%wrench(creep_spot(shape, friction_coefficient, modulus, &
+               0.45_wp), passing_type(load, a, motion(1), motion(2), motion(3), 0.0_wp, -e(1), &
+               -e(2)), expected)
+            scale = friction_coefficient*load*[1.0_wp, 1.0_wp, a]
+            call worst%note(maxval(abs(wrench - expected)/scale), 10*i + j)
+         end do
+      end do
+      call worst%check_below(2.0e-3_wp, "steady rolling on the limit: wrench of the law")
+   end subroutine test_steady_on_limit
 
    !> What is remembered on an ellipse along another axis than its own is not less after a step.
    subroutine test_kept_on_ellipse()

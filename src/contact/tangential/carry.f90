@@ -22,6 +22,9 @@
 !> The less the law rises the more creepage is missing for the same d, hence g^4; with it in xi'
 !> alone W would ring about steady rolling, and with spin leave it. So near there u has it, too,
 !>    h = 1 + diag(0.3, 0.35, 1) (g^3 - 1) (4 s (1 - s))^32 .
+!> Where all slips, as W is that of full sliding along v - V xi (to 0.01 of the limit, and a smooth
+!> part up to 0.08), W_law(v) takes the place of W_law(xi), or what of it has the share r. Else xi
+!> would grow only until it bears the limit, and W have the direction of what is left of v.
 !> All this is fitted to the onset of rolling under a constant force, and of spin, by boundary
 !> elements in time: docs/rolling.md.
 !> Where surfaces touch V/l has no bound, and d counts the less the smaller the spot is.
@@ -91,6 +94,9 @@ module contensou_contact_tangential_carry
       real(wp) :: wrench(3)
       !> Usual limit of the force [N].
       real(wp) :: usual
+      !> Sliding velocity along the axes [m/s] and spin [rad/s], and how far all slips by what of
+      !> them is not carried, from 0 to 1; the former counts with the latter only.
+      real(wp) :: motion(3) = 0.0_wp, slips = 0.0_wp
    end type carried_type
 
    !> A law of creep between two materials.
@@ -141,8 +147,8 @@ contains
       !> Time derivative of the creepage [1/s].
       real(wp), intent(out) :: rate(3)
       type(creep_spot_type) :: spot
-      real(wp) :: speed, e(2), c(3, 3), slope(3, 3), e0, root, limit, bears(3), missing(3), g
-      real(wp) :: square, along, wide, borne, carried, twisted, beside
+      real(wp) :: speed, e(2), c(3, 3), slope(3, 3), e0, root, limit, bears(3), steady(3)
+      real(wp) :: missing(3), square, along, wide, borne, carried, twisted, beside, g
 
       lost = 0.0_wp
       rate = 0.0_wp
@@ -154,6 +160,14 @@ contains
       limit = spot%coefficient*at%load
       call self%creep%wrench(spot, passing_type(at%load, at%a, at%creepage(1), at%creepage(2), &
          at%creepage(3), 0.0_wp, -e(1), -e(2)), bears)
+      borne = share_squared(at%wrench)
+      if (at%slips > 0.0_wp) then
+         call self%creep%wrench(spot, passing_type(at%load, at%a, at%motion(1), at%motion(2), &
+            at%motion(3), 0.0_wp, at%velocity(1), at%velocity(2)), steady)
+         carried = share_squared(steady)
+         if (carried > borne) steady = sqrt(borne/carried)*steady
+         bears = bears + at%slips*(steady - bears)
+      end if
       ! In rolling axes, f N and f N sqrt(a b).
       root = sqrt(shape%k)
       missing = (bears - at%wrench)/limit
@@ -167,7 +181,6 @@ contains
       ! Half-length of the spot, inverse, in semi-axes. w^2/(l^2 + w^2) is linear in its square.
       along = sqrt(e(1)**2 + (e(2)/shape%k)**2)
       wide = ((e(1)*shape%k)**2 + e(2)**2)/(1.0_wp + shape%k**2)
-      borne = share_squared(at%wrench)
       carried = share_squared(bears)
       carried = carried/(carried + borne + least_share)
       rate = (1.0_wp + faster*carried + at_last*carried**4)*missing/(mu + mu_more*wide)

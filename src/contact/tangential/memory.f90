@@ -49,6 +49,15 @@ module contensou_contact_tangential_memory
    !> Cosine between that shift and the sliding velocity, likewise.
    real(wp), parameter :: aligned(2) = [0.9_wp, 0.99_wp]
 
+   !> How far a wrench may be from that of full sliding, over the limit, less than 1: all slips from
+   !> the latter on. The share of the limit from which on that is asked, and the sliding that is not
+   !> carried, over the velocity times the creepage f p0/G, of which half of it counts.
+   real(wp), parameter :: sliding_through(2) = [0.92_wp, 0.99_wp], much = 0.8_wp, &
+      little_sliding = 0.1_wp
+
+   !> That sliding likewise, from which on it has the direction of the wrench.
+   real(wp), parameter :: distinct_sliding(2) = [0.2_wp, 1.0_wp]
+
    !> What a force may lag behind, over its limit, for sliding to take over.
    real(wp), parameter :: largest_lag = 1.0e-4_wp
 
@@ -108,6 +117,8 @@ module contensou_contact_tangential_memory
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
       real(wp) :: velocity(3) = 0.0_wp
       real(wp) :: share = 0.0_wp
+      !> How far all slips by what rolling does not carry out, from 0 to 1; with a law of creep.
+      real(wp), private :: slips = 0.0_wp
       !> Wrench of the last state, along the axes of the shells [N, N m].
       real(wp) :: wrench(3) = 0.0_wp
       !> Whether the state that is evaluated may be the last one again.
@@ -253,8 +264,8 @@ contains
       !> Derivatives of `self%wrench` by shifts and twist since the last step, and by the limit;
       !> meant where sliding has no share.
       real(wp), intent(out), optional :: slopes(3, 4)
-      type(sliding_type) :: steady
-      real(wp) :: axis(2), carried(2), sliding(3), speed, lost_to_creep(3)
+      real(wp) :: axis(2), carried(2), sliding(3), speed, lost_to_creep(3), rest(3)
+      real(wp) :: creep, fast
       logical :: circle
 
       circle = .not. abs(1.0_wp - shape%k) > 0.0_wp
@@ -285,19 +296,15 @@ contains
       if (circle) self%velocity(1:2) = self%step_rates(1:2)
       self%wrench = 0.0_wp
       self%share = self%sliding_share(self%step)
+      if (allocated(self%carry) .and. self%share > 0.0_wp) then
+         creep = speed*self%carry%creep_scale(shape, rolls%load, rolls%a)
+         if (creep > 0.0_wp) self%share = self%share &
+            *smooth_step(size_of(self%velocity, rolls%a)/creep, distinct_sliding)
+      end if
       if (.not. self%may_be_same) self%is_moved = .false.
       if (self%share < 1.0_wp) call self%move(self%wrench, slopes)
       if (self%share > 0.0_wp) then
-         steady = rolls%sliding_type
-         steady%vx = self%velocity(1)
-         steady%vy = self%velocity(2)
-         steady%w = self%velocity(3)
-         steady%resolution = 0.0_wp
-         if (self%drilling) then
-            call friction%wrench(shape, steady, sliding)
-         else
-            sliding = -self%spot%limit/norm2(self%velocity(1:2))*[self%velocity(1:2), 0.0_wp]
-         end if
+         call slide(self, friction, shape, rolls, self%velocity, sliding)
          self%wrench = (1.0_wp - self%share)*self%wrench + self%share*sliding
       end if
       wrench = self%wrench
@@ -306,11 +313,57 @@ contains
          wrench(2) = axis(2)*self%wrench(1) + axis(1)*self%wrench(2)
       end if
       if (.not. allocated(self%carry)) return
+      self%slips = 0.0_wp
+      if (speed > 0.0_wp .and. self%spot%limit > 0.0_wp) then
+         if (share_of_limit(wrench) > much) then
+            rest = [rolls%vx, rolls%vy, rolls%w] - speed*states(7:9)
+            call slide(self, friction, shape, rolls, rest, sliding)
+            creep = little_sliding*speed*self%carry%creep_scale(shape, rolls%load, rolls%a)
+            fast = size_of(rest, rolls%a)
+            self%slips = smooth_step(1.0_wp - share_of_limit(wrench - sliding), sliding_through) &
+               *fast**2/(fast**2 + creep**2)
+         end if
+      end if
       call self%carry%lose(shape, carried_type(rolls%load, rolls%a, carried, states(7:9), &
-         wrench, self%reference), lost_to_creep, rates(7:9))
+         wrench, self%reference, [rolls%vx, rolls%vy, rolls%w], self%slips), lost_to_creep, &
+         rates(7:9))
       self%step_rates(1:3) = along(axis, [rolls%vx, rolls%vy, rolls%w] - lost_to_creep)
       rates(3:5) = self%step_rates(1:3)
+
+   contains
+
+      !> Size of a wrench over the limit.
+      pure real(wp) function share_of_limit(wrench)
+         real(wp), intent(in) :: wrench(3)
+
+         share_of_limit = norm2(wrench/(self%spot%limit &
+            *[1.0_wp, 1.0_wp, rolls%a*shape%torque]))
+      end function share_of_limit
+
    end subroutine evolve
+
+   !> Wrench of full sliding with a velocity along the axes of the spot [m/s] and a spin [rad/s].
+   pure subroutine slide(self, friction, shape, rolls, velocity, wrench)
+      class(tangential_type), intent(in) :: self
+      class(friction_type), intent(in) :: friction
+      type(spot_shape_type), intent(in) :: shape
+      type(passing_type), intent(in) :: rolls
+      real(wp), intent(in) :: velocity(3)
+      real(wp), intent(out) :: wrench(3)
+      type(sliding_type) :: steady
+
+      if (self%drilling) then
+         steady = rolls%sliding_type
+         steady%vx = velocity(1)
+         steady%vy = velocity(2)
+         steady%w = velocity(3)
+         steady%resolution = 0.0_wp
+         call friction%wrench(shape, steady, wrench)
+      else
+         wrench = -self%spot%limit/max(norm2(velocity(1:2)), tiny(velocity)) &
+            *[velocity(1:2), 0.0_wp]
+      end if
+   end subroutine slide
 
    !> Rate of the way through the spot in lengths of relaxation, a b G C11/k_x with Kalker's
    !> creepage coefficient C11 along the direction of rolling, times a [m/s].
@@ -527,7 +580,7 @@ contains
    !> Wrench and rates of the states, and their derivatives by normal force, size of the spot,
    !> velocities and states. Those by load, shift and twist are the consistent ones of the shells;
    !> by differences are those by the size and the way, on ellipses by the axis, and all where
-   !> sliding has a share. What the velocities do to the way is left out.
+   !> sliding has a share or all slips. What the velocities do to the way is left out.
    pure subroutine vary(self, friction, shape, rolls, states, wrench, rates, slopes)
       class(tangential_type), intent(inout) :: self
       class(friction_type), intent(in) :: friction
@@ -563,7 +616,7 @@ contains
          *max(abs(states(7:9)), self%carry%creep_scale(shape, rolls%load, rolls%a) &
          *[1.0_wp, 1.0_wp, 1.0_wp/rolls%a])
       circle = .not. abs(1.0_wp - shape%k) > 0.0_wp
-      differs = self%share > 0.0_wp
+      differs = self%share > 0.0_wp .or. self%slips > 0.0_wp
       differs([2, 11]) = .true.
       if (.not. circle) differs(6:7) = .true.
       axis = unit_axis(states(1:2))

@@ -712,14 +712,14 @@ MASS = "&parameter name = 'ball.mass', values = 1, 2 /\n"
         (
             HEAD + "&parameter name='integrator.jacobian_steps', first=1, last=12, count=3 /\n",
             2,
-            53,
+            52,
             "is a whole number, and what is between 'first' and 'last' is not",
         ),
         (
             "&sweep scene = 'ball.nml', sampling='sobol', cases=4 /\n"
             "&parameter name='integrator.jacobian_steps', first=1, last=9 /\n",
             2,
-            53,
+            52,
             "is a whole number, and what is between 'first' and 'last' is not",
         ),
     ],

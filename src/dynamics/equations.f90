@@ -529,7 +529,7 @@ contains
          resolution = self%resolution%of(a, b, at%point)
          if (contact%evolves) then
             call contact%evolve(a, b, now, resolution, load)
-            if (ieee_is_nan(load%friction_force(1))) then
+            if (allocated(contact%law%steady) .and. ieee_is_nan(load%friction_force(1))) then
                call leave_domain(self, index, trouble_still)
                return
             end if

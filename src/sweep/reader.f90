@@ -558,7 +558,7 @@ contains
          parameter%count == 1) then
          call diagnostics%add(group%place("count", 1), &
             "one value cannot be both 'first' and 'last'", "count >= 2, or values = V")
-      else if (parameter%is_whole .and. .not. is_even(sampling, parameter)) then
+      else if (parameter%is_whole .and. .not. steps_are_whole(sampling, parameter)) then
          call diagnostics%add(group%place("first", 1), "'" // parameter%paths(1)%s // &
             "' is a whole number, and what is between 'first' and 'last' is not", &
             "values = V1, V2, ...")
@@ -566,15 +566,15 @@ contains
    end subroutine read_range
 
    !> Whether all values of a range between whole numbers are whole.
-   pure logical function is_even(sampling, parameter)
+   pure logical function steps_are_whole(sampling, parameter)
       integer, intent(in) :: sampling
       type(parameter_column_type), intent(in) :: parameter
 
-      is_even = sampling == sampling_grid .and. parameter%vary == vary_linear .and. &
+      steps_are_whole = sampling == sampling_grid .and. parameter%vary == vary_linear .and. &
          parameter%count > 1
-      if (is_even) is_even = abs(modulo(parameter%last - parameter%first, &
+      if (steps_are_whole) steps_are_whole = abs(modulo(parameter%last - parameter%first, &
          real(parameter%count - 1, wp))) <= 0.0_wp
-   end function is_even
+   end function steps_are_whole
 
    !> Texts that stand for numbers are computed.
    subroutine compute_values(list, constants, diagnostics)

@@ -854,10 +854,10 @@ contains
       real(wp) :: begin, end, growth
 
       part = 1.0_wp
-      growth = (self%spot%limit - self%limit)/(self%spot%limit*time_step)
+      growth = (self%spot%limit - self%limit)/self%spot%limit
       if (.not. growth > 0.0_wp) return
-      begin = norm2(in_strains(self, self%rates(1:3)))
-      end = norm2(in_strains(self, self%step_rates(1:3)))
+      begin = time_step*norm2(in_strains(self, self%rates(1:3)))
+      end = time_step*norm2(in_strains(self, self%step_rates(1:3)))
       if (begin > growth .and. end < growth) part = (begin - growth)/(begin - end)
    end function sticking_again
 

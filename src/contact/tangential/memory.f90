@@ -766,35 +766,27 @@ contains
       !> Time since the last accepted step [s].
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: deviation
-      !> Part of the step after which the motion turns back, 1 where it does not.
+      !> Part of the step after which the motion turns back or what has slipped sticks, 1 where
+      !> neither is so.
       real(wp), intent(out) :: turn
       type(spring_spot_type) :: spot
-      real(wp) :: first(4), rest(4), wrench(3), once(3), scale, back
+      real(wp) :: first(4), rest(4), wrench(3), scale
+      logical :: turns_back
 
       deviation = 0.0_wp
       turn = 1.0_wp
       scale = max(self%spot%limit, self%limit, self%reference)
       if (.not. (self%spot%limit > 0.0_wp .and. self%spot%a > 0.0_wp)) return
-      turn = turning_back(self)
       if (self%share < 1.0_wp) then
          call begin_with(0.5_wp)
          call end_with_rest()
       end if
-      if (turn >= 1.0_wp) then
-         turn = sticking_again(self, time_step)
-         if (turn >= 1.0_wp) return
-         call begin_with(turn)
-         call end_with_rest()
-         return
-      end if
+      turn = turning_back(self)
+      turns_back = turn < 1.0_wp
+      if (.not. turns_back) turn = sticking_again(self, time_step)
+      if (turn >= 1.0_wp) return
       call begin_with(turn)
-      back = min(1.0_wp, norm2(in_strains(self, first(1:3))) &
-         /max(norm2(in_strains(self, rest(1:3))), tiny(back)))
-      call strain(self%past, self%axis, self%spot, first + back*rest, self%foreseen, self%sure, &
-         self%poisson, self%drilling, self%whole, once)
-      call strain(self%half, self%axis, self%spot, back*rest, self%foreseen, self%sure, &
-         self%poisson, self%drilling, self%whole, wrench)
-      deviation = max(deviation, apart(wrench, once))
+      if (turns_back) call compare_way_back()
       if (self%share < 1.0_wp) call end_with_rest()
 
    contains
@@ -815,6 +807,19 @@ contains
             + part*self%foreseen, self%sure, self%poisson, self%drilling, self%half, wrench)
          call self%half%turn_to(self%axis)
       end subroutine begin_with
+
+      !> Compare the way back from there, as far as the way there at most, with one step to its end.
+      subroutine compare_way_back()
+         real(wp) :: once(3), back
+
+         back = min(1.0_wp, norm2(in_strains(self, first(1:3))) &
+            /max(norm2(in_strains(self, rest(1:3))), tiny(back)))
+         call strain(self%past, self%axis, self%spot, first + back*rest, self%foreseen, self%sure, &
+            self%poisson, self%drilling, self%whole, once)
+         call strain(self%half, self%axis, self%spot, back*rest, self%foreseen, self%sure, &
+            self%poisson, self%drilling, self%whole, wrench)
+         deviation = max(deviation, apart(wrench, once))
+      end subroutine compare_way_back
 
       !> Take the rest of it.
       subroutine end_with_rest()

@@ -65,8 +65,8 @@ contains
       integer :: n
 
       if (allocated(shells%edge)) deallocate(shells%edge, shells%power, shells%load, shells%size, &
-         shells%torsion, shells%shift, shells%direction, shells%slipped, shells%slid, &
-         shells%share, shells%excess)
+         shells%torsion, shells%shift, shells%uneven, shells%direction, shells%slipped, &
+         shells%slid, shells%share, shells%excess)
       shells%most = number
       shells%aim = number
       ! A step is also taken in two. And full registers, wherever they begin.
@@ -78,6 +78,7 @@ contains
       allocate(shells%size(0:n), source=0.0_wp)
       allocate(shells%torsion(0:n), source=0.0_wp)
       allocate(shells%shift(n, 3), source=0.0_wp)
+      allocate(shells%uneven(n), source=0.0_wp)
       allocate(shells%direction(n, 3), source=0.0_wp)
       allocate(shells%slipped(n), source=.false.)
       allocate(shells%slid(n), source=0.0_wp)
@@ -128,7 +129,8 @@ contains
       stored = 0.0_wp
       do j = 1, self%n
          stored = stored + (self%share(j, 1)*self%shift(j, 1)**2 &
-            + self%share(j, 2)*self%shift(j, 2)**2 + self%share(j, 3)*self%shift(j, 3)**2)
+            + self%share(j, 2)*self%shift(j, 2)**2 + self%share(j, 3)*self%shift(j, 3)**2 &
+            + 2.0_wp*abs(self%uneven(j)))
       end do
       stored = 0.5_wp*stored
    end function energy
@@ -200,6 +202,7 @@ contains
          self%power(:self%n) = power_of(self%edge(:self%n))
          self%share(:self%n, :) = 0.0_wp
          self%shift(:self%n, :) = 0.0_wp
+         self%uneven(:self%n) = 0.0_wp
          call self%kernels%stiffen(self%shell_data_type)
          self%slipped(:self%n) = .false.
          return
@@ -230,10 +233,13 @@ contains
          self%power(self%n) = power
          self%torsion(self%n) = rim%torsion
          call share_of_shell(self, self%n, now)
-         ! At a rim that slips the area that is lost bears nothing at last.
-         if (self%slipped(self%n) .and. minval(now) > 0.0_wp) self%shift(self%n, :) = &
-            self%shift(self%n, :)*sqrt(whole/now)
-         self%share(self%n, :) = now
+         ! At a rim that slips the area that is lost bears nothing at last. Else its twist is the
+         ! matter of `stiffen`, as that of all shells that become softer.
+         if (self%slipped(self%n) .and. minval(now) > 0.0_wp) then
+            self%shift(self%n, :) = self%shift(self%n, :)*sqrt(whole/now)
+            self%share(self%n, 3) = now(3)
+         end if
+         self%share(self%n, 1:2) = now(1:2)
       end if
       if (spot%a > self%a) then
          grown = merge(1, self%new, settles)
@@ -245,6 +251,7 @@ contains
             self%power(self%n) = power_beside(self%edge(self%n), self%edge(self%n - 1), &
                self%power(self%n - 1))
             self%shift(self%n, :) = 0.0_wp
+            self%uneven(self%n) = 0.0_wp
             self%direction(self%n, :) = 0.0_wp
             self%slipped(self%n) = .false.
             self%share(self%n, :) = 0.0_wp
@@ -416,6 +423,7 @@ contains
          call set_edge(self, j, edge_type(within(1), within(2), within(3)))
          if (j == 0) cycle
          call checkpoint%exchange("shells_shift", self%shift(j, :))
+         call checkpoint%exchange("shells_uneven", self%uneven(j:j))
          call checkpoint%exchange("shells_direction", self%direction(j, :))
          call checkpoint%exchange("shells_share", self%share(j, :))
       end do
@@ -499,19 +507,23 @@ contains
       end do
    end subroutine join
 
-   !> Merge a shell with the one outside of it.
+   !> Merge a shell with the one outside of it. Of twist the energy is kept as well.
    pure subroutine merge_at(self, at)
       class(nest_type), intent(inout) :: self
       integer, intent(in) :: at
-      real(wp) :: total(3)
+      real(wp) :: total(3), uneven
       integer :: j
 
       total = max(self%share(at, :) + self%share(at + 1, :), tiny(total))
+      uneven = abs(self%uneven(at)) + abs(self%uneven(at + 1)) + 0.5_wp*self%share(at, 3) &
+         *(self%share(at + 1, 3)/total(3))*(self%shift(at, 3) - self%shift(at + 1, 3))**2
       self%shift(at, :) = (self%share(at, :)*self%shift(at, :) &
          + self%share(at + 1, :)*self%shift(at + 1, :))/total
+      self%uneven(at) = sign(uneven, self%shift(at, 3))
       self%slipped(at) = self%slipped(at) .and. self%slipped(at + 1)
       do j = at + 1, self%n - 1
          self%shift(j, :) = self%shift(j + 1, :)
+         self%uneven(j) = self%uneven(j + 1)
          self%direction(j, :) = self%direction(j + 1, :)
          self%slipped(j) = self%slipped(j + 1)
          self%share(j, :) = self%share(j + 1, :)
@@ -543,6 +555,7 @@ contains
       end do
       do j = self%n, at, -1
          self%shift(j + 1, :) = self%shift(j, :)
+         self%uneven(j + 1) = self%uneven(j)
          self%direction(j + 1, :) = self%direction(j, :)
          self%slipped(j + 1) = self%slipped(j)
          self%share(j + 1, :) = self%share(j, :)
@@ -558,6 +571,8 @@ contains
          call share_of_shell(self, j, share)
          self%share(j, :) = share
       end do
+      self%uneven(at:at + 1) = self%uneven(at)*self%share(at:at + 1, 3) &
+         /max(sum(self%share(at:at + 1, 3)), tiny(share))
    end subroutine split_widest
 
 end module contensou_contact_tangential_nest

@@ -128,7 +128,7 @@ contains
       logical, intent(in), optional :: settled
       !> Derivatives of the wrench by the step, and by the limit at constant size.
       real(wp), intent(out), optional :: slopes(3, 4)
-      real(wp) :: work, way, limit, surely
+      real(wp) :: work, way, limit, surely, let_go
       integer :: j, new
 
       wrench = 0.0_wp
@@ -139,6 +139,7 @@ contains
       if (.not. spot%limit > no_limit) then
          if (present(lost)) lost = lost + self%energy()
          self%shift(:self%n, :) = 0.0_wp
+         self%uneven(:self%n) = 0.0_wp
          self%slipped(:self%n) = .false.
          return
       end if
@@ -170,12 +171,17 @@ contains
          if (.not. all(self%excess(:self%n) < 0.0_wp)) call let_slip(self, new, spot, work, slopes)
       end if
       if (present(slopes)) call add_springs(self, new, slopes)
-      if (present(lost)) lost = lost + spot%limit*work
+      let_go = spot%limit*work
       do j = 1, self%n
          wrench(1) = wrench(1) - self%share(j, 1)*self%shift(j, 1)
          wrench(2) = wrench(2) - self%share(j, 2)*self%shift(j, 2)
          wrench(3) = wrench(3) - self%share(j, 3)*self%shift(j, 3)
+         ! The force of what slips is even.
+         if (.not. self%slipped(j)) cycle
+         let_go = let_go + abs(self%uneven(j))
+         self%uneven(j) = 0.0_wp
       end do
+      if (present(lost)) lost = lost + let_go
       if (present(stored)) stored = self%energy()
    end subroutine advance
 
@@ -721,6 +727,7 @@ contains
          bears = stiffness > epsilon(stiffness)**2*spot%stiffness
          force = merge(force, 0.0_wp, bears)/merge(stiffness, 1.0_wp, bears)
          self%shift(j, :) = (1.0_wp - share)*self%shift(j, :) + share*force
+         self%uneven(j) = (1.0_wp - share)*self%uneven(j)
          self%direction(j, :) = u
          self%slipped(j) = .true.
       end do

@@ -33,7 +33,8 @@ contains
          others%torsion, others%slipped, self%edge, self%power, self%load, self%size, &
          self%torsion, self%slipped)
       call turn_shells(others%n, ubound(others%shift, 1), axis, left, was, others%stiffness, &
-         others%share, others%shift, others%direction, self%share, self%shift, self%direction)
+         others%share, others%shift, others%uneven, others%direction, self%share, self%shift, &
+         self%uneven, self%direction)
    end subroutine recall
 
    !> Copy what is known of edges, and which shells slipped.
@@ -62,14 +63,16 @@ contains
 
    !> Copy stiffness, displacements and directions. Where the stiffness is not the same in all
    !> directions turning it over what is strained makes no energy.
-   pure subroutine turn_shells(n, room, axis, left, was, stiffness, share, shift, direction, &
-      new_share, new_shift, new_direction)
+   pure subroutine turn_shells(n, room, axis, left, was, stiffness, share, shift, uneven, &
+      direction, new_share, new_shift, new_uneven, new_direction)
       !> Number of the shells, and of those for which there is room.
       integer, intent(in) :: n, room
       !> As for `recall`, and k_x, k_y of the spot.
       real(wp), intent(in) :: axis(2), left(3), was(2), stiffness(2)
       real(wp), intent(in), dimension(room, 3) :: share, shift, direction
+      real(wp), intent(in) :: uneven(room)
       real(wp), intent(inout), dimension(room, 3) :: new_share, new_shift, new_direction
+      real(wp), intent(inout) :: new_uneven(room)
       real(wp) :: x, y, new_x, new_y, before, after, part
       logical :: alike
       integer :: first, j
@@ -90,6 +93,7 @@ contains
             new_shift(j, 1) = axis(1)*x - axis(2)*y
             new_shift(j, 2) = axis(2)*x + axis(1)*y
             new_shift(j, 3) = shift(j, 3)*left(3)
+            new_uneven(j) = uneven(j)*(left(3)*left(3))
          end do
          if (alike) cycle
          do j = first, first + block - 1
@@ -115,7 +119,7 @@ contains
       call set_edges(self%n, 1.0_wp/self%a, 1.0_wp/self%power(self%n), self%edge, self%power, &
          self%load, self%size, self%torsion)
       call stiffen_shells(self%n, ubound(self%shift, 1), self%stiffness, 1.0_wp/self%a, self%edge, &
-         self%torsion, self%share, self%shift)
+         self%torsion, self%share, self%shift, self%uneven)
    end subroutine stiffen
 
    !> Set what is within edges.
@@ -143,7 +147,11 @@ contains
 
    !> Give shells their stiffness: those that become stiffer keep their force, those that become
    !> softer their displacement. None of it makes energy.
-   pure subroutine stiffen_shells(n, room, stiffness, inverse, edge, torsion, share, shift)
+   !>
+   !> About the normal that of a shell is another one with another size of the spot. Where it has
+   !> become stiffer its torque T is that of what was strained, with the energy T^2/(2 k) of the
+   !> stiffness k of that, and stays until the shell is softer than that.
+   pure subroutine stiffen_shells(n, room, stiffness, inverse, edge, torsion, share, shift, uneven)
       !> Number of the shells, and of those for which there is room.
       integer, intent(in) :: n, room
       !> k_x, k_y and k_T of the spot, and the inverse of its semi-axis [1/m].
@@ -152,7 +160,9 @@ contains
       real(wp), intent(in), dimension(0:room) :: edge, torsion
       !> Stiffness and displacement.
       real(wp), intent(inout), dimension(room, 3) :: share, shift
-      real(wp) :: now, before
+      !> Energy of twist beyond that of an even one.
+      real(wp), intent(inout) :: uneven(room)
+      real(wp) :: now, before, flat, energy, strained, whole
       integer :: first, j
 
       do first = 1, n, block
@@ -169,7 +179,14 @@ contains
             ! Rounding errors are all there is where a shell is very narrow.
             now = stiffness(3)*max(torsion(j) - torsion(j - 1), 0.0_wp)
             before = max(share(j, 3), least)
-            shift(j, 3) = shift(j, 3)*(before/max(now, before))
+            flat = 0.5_wp*before*shift(j, 3)*shift(j, 3)
+            energy = flat + max(sign(uneven(j), uneven(j)*shift(j, 3)), 0.0_wp)
+            ! What is strained has the stiffness flat/energy before.
+            strained = flat*before
+            whole = energy*now
+            shift(j, 3) = shift(j, 3)*(energy*before/max(whole, strained, least))
+            energy = max(energy - 0.5_wp*now*shift(j, 3)*shift(j, 3), 0.0_wp)
+            uneven(j) = sign(energy*(0.5_wp + sign(0.5_wp, whole - strained)), shift(j, 3))
             share(j, 3) = now
          end do
       end do

@@ -150,7 +150,7 @@ contains
       integer :: i
 
       do i = 1, size(self%gap)
-         if (self%memory%closed(i) .or. self%events(i) /= 0) cycle
+         if (.not. is_open(self, i) .or. self%events(i) /= 0) cycle
          associate (felt => self%motion%system%contacts(i)%felt)
             if (felt <= 0.0_wp) cycle
             if (felt <= unseen(self, i)) cycle
@@ -203,6 +203,16 @@ contains
          call self%integrator%restart(t, memory%y, error)
       end associate
    end subroutine follow_spots
+
+   !> Whether a contact is open, as one is whose gap was zero at the beginning and is not any more.
+   pure logical function is_open(self, index)
+      type(march_type), intent(in) :: self
+      !> Contact.
+      integer, intent(in) :: index
+
+      is_open = .not. self%memory%closed(index)
+      if (self%memory%undecided(index)) is_open = self%gap(index)%value > self%resolution
+   end function is_open
 
    !> Overlap within a step that goes unseen, from that with which a contact has opened [m].
    pure real(wp) function unseen(self, index)
@@ -293,7 +303,8 @@ contains
       time = self%memory%t - self%t_before
       any_near = .false.
       do i = 1, size(self%near)
-         self%near(i) = self%events(i) /= 0 .or. .not. (may_pass .or. self%memory%closed(i))
+         self%near(i) = self%events(i) /= 0 .or. self%memory%undecided(i) &
+            .or. .not. (may_pass .or. self%memory%closed(i))
          any_near = any_near .or. self%near(i)
          if (self%near(i) .or. self%memory%closed(i)) cycle
          fastest = self%motion%system%fastest(i, self%memory%y, time)
@@ -314,7 +325,8 @@ contains
 
       first = 0
       do i = 1, size(self%suspect)
-         if (self%memory%closed(i) .or. self%events(i) /= 0 .or. .not. self%near(i)) then
+         if (.not. (is_open(self, i) .and. self%near(i)) .or. (self%events(i) /= 0 &
+            .and. .not. self%memory%undecided(i))) then
             self%suspect(i) = .false.
          else
             self%suspect(i) = self%gap_before(i)%rate < 0.0_wp .and. self%gap(i)%rate > 0.0_wp &
@@ -331,7 +343,7 @@ contains
       integer :: i
 
       do i = 1, size(self%suspect)
-         self%suspect(i) = self%near(i) .and. .not. self%memory%closed(i)
+         self%suspect(i) = self%near(i) .and. is_open(self, i)
          if (.not. self%suspect(i)) cycle
          bounds = bounds_of(self, i)
          associate (now => self%gap(i), before => self%gap_before(i), &

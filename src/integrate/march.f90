@@ -255,7 +255,7 @@ contains
             call fatal(error, "the forces of the rigid contacts are not found")
             return
          end if
-         if (all(memory%closed)) then
+         if (all(memory%closed .and. .not. memory%undecided)) then
             self%seen = .false.
             ! No gap is open that could be missed.
             call lift_bound(self)

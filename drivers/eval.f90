@@ -96,7 +96,7 @@ module contensou_drivers_eval
 
    !> Inputs that must not be negative: as many as the first ones of a kernel.
    integer, parameter :: wrench_magnitudes = 4, creep_magnitudes = 6, stiffness_magnitudes = 3
-   integer, parameter :: kalker_magnitudes = 2
+   integer, parameter :: kalker_magnitudes = 2, history_magnitudes = 5
 
    !> What is evaluated for each row.
    type :: evaluation_type
@@ -494,8 +494,8 @@ contains
 
       evaluation%tangential = kernel
       if (kernel == "tangential") then
-         evaluation%magnitudes = creep_magnitudes
-         evaluation%magnitude_names = "N, a, b, f, G and nu"
+         evaluation%magnitudes = history_magnitudes
+         evaluation%magnitude_names = "N, a, b, f and G"
       else if (kernel == "tangential_stiffness") then
          evaluation%magnitudes = stiffness_magnitudes
          evaluation%magnitude_names = "a, b and G"

@@ -227,6 +227,41 @@ def test_a_load_that_vanishes_and_returns(evaluate):
     assert away["Fx"] > 0
 
 
+# 0.03 and 0.3 f p0/G.
+@pytest.mark.parametrize("twist", [1e-7, 1e-6])
+@pytest.mark.parametrize("ratio", [1, 0.4])
+@pytest.mark.parametrize(
+    "words", [(), ("--layers", "1"), ("--layers", "64"), ("--model", "spring")]
+)
+def test_a_twist_is_held_under_a_load_that_pulsates(evaluate, words, ratio, twist):
+    """Area that comes and goes is not strained; what slips as the load falls has slipped then."""
+    rows = []
+    for i in range(12 * 40 + 1):
+        load = 2 - 0.5 * math.sin(math.pi * i / 20)
+        a = 1e-3 * (load / 2) ** (1 / 3)
+        rows.append((load, a, ratio * a, *SPOT[3:], 0, 0, twist * min(i, 1)))
+    found = evaluate("tangential", HISTORY, rows, *words)
+    # Where the load is the least, from the sixth time on: shells at the rim are merged before.
+    kept = found[210::40]
+    assert abs(kept[0]["Tz"]) > 0.2 * abs(found[1]["Tz"])
+    for name in ("Tz", "stored_energy", "slip_work"):
+        assert [row[name] for row in kept] == pytest.approx([kept[0][name]] * len(kept), rel=1e-9)
+
+
+def test_a_twist_that_sticks_returns_what_it_took(evaluate):
+    """Twist, more load, less load, and back: nothing slips, and nothing is lost or gained."""
+    rows = []
+    for i in range(161):
+        load = 2 + math.sin(math.pi * min(max(i - 40, 0), 80) / 80)
+        a = 1e-3 * (load / 2) ** (1 / 3)
+        rows.append((load, a, a, *SPOT[3:], 0, 0, 1e-9 * min(i, 40, 160 - i)))
+    found = evaluate("tangential", HISTORY, rows, "--layers", "20")
+    most = max(row["stored_energy"] for row in found)
+    assert found[120]["Tz"] == pytest.approx(found[40]["Tz"], rel=1e-3)
+    assert abs(found[-1]["Tz"]) < 0.02 * abs(found[40]["Tz"])
+    assert all(row["slip_work"] < 0.005 * most for row in found)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

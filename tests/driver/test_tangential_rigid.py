@@ -166,6 +166,27 @@ def test_feet_that_open_while_they_stick_lose_what_they_held(table, method):
     assert np.abs(rows["energy_error"]).max() < 1e-9 * rows["energy_potential"][0]
 
 
+@pytest.mark.parametrize("method", ["explicit8", "cvode_bdf", "cvode_adams"])
+def test_no_row_has_more_friction_than_the_limit(simulate, method):
+    """The other end of a spring comes down on a ball that slides: the load grows by 2e4 N/s."""
+    scene = f"""
+&scene t_end = 0.004 /
+&material name = 'm' young = 2.1e9 poisson = 0.3 /
+&body name = 'ball' mass = 1 inertia = 3*1e-3 position = 0, 0, 0.01 velocity = 0.1, 0, 0 /
+&body name = 'ceiling' motion = 'prescribed' position = 0, 0, 0.01 velocity = 0, 0, -2 /
+&surface name = 'skin' body = 'ball' shape = 'sphere' radius = 0.01 material = 'm' /
+&surface name = 'floor' body = 'ground' shape = 'plane' normal = 0, 0, 1 material = 'm' /
+&contact name = 'c' surfaces = 'floor', 'skin' normal = 'rigid' friction = 'contensou_exact'
+   friction_coefficient = 0.3 tangential = 'elastic' /
+&spring name = 'press' bodies = 'ceiling', 'ball' stiffness = 0, 0, 1e4 preload = 0, 0, -20 /
+&integrator method = '{method}' rtol = 1e-8 /
+&output file = 'o.h5' interval = 2e-5 /
+"""
+    rows = simulate(scene).columns
+    force = np.linalg.norm(rows["friction_force"][1:, 0], axis=1)
+    assert (force / (0.3 * rows["normal_force"][1:, 0])).max() < 1 + 1e-9
+
+
 @pytest.mark.parametrize("tangential", ["elastic", "spring"])
 def test_impacts_are_those_without(ball, tangential):
     """In steps of the same lengths."""

@@ -11,6 +11,7 @@ from result import read
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "inputs" / "examples"
+METHODS = ["explicit8", "cvode_bdf", "cvode_adams", "auto"]
 
 BALL = """
 &scene title = "oblique impact" t_end = 100.0e-6 /
@@ -233,6 +234,66 @@ def test_it_sticks_under_a_rising_load(rows_of, layers, rtol, within):
     assert (np.maximum.accumulate(lost) - lost).max() <= 2e-3 * lost[-1]
 
 
+# A ball of steel that rings on its contact, under a torque about the normal.
+WOUND = """
+&scene title = 'a twist that is held' t_end = 0.04 gravity = 0, 0, -9.81 /
+&material name = 'steel' young = 2.08e11 poisson = 0.3 /
+&body name = 'ball' mass = 1 inertia = 4e-5, 4e-5, 1e-9
+   position = 0, 0, 0.0099990
+   applied_torque = 0, 0, {torque} /
+&surface name = 'skin' body = 'ball' shape = 'sphere' radius = 0.01 material = 'steel' /
+&surface name = 'floor' body = 'ground' shape = 'plane' material = 'steel' /
+&contact name = 'c' surfaces = 'floor', 'skin' friction = 'contensou_exact'
+   friction_coefficient = 0.3 tangential = 'elastic' /
+&integrator method = 'explicit8' rtol = 1e-8 /
+&output file = 'o.h5' interval = 1e-5 /
+"""
+
+
+@pytest.mark.parametrize("layers", [4, 12])
+@pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
+def test_a_twist_is_held_while_the_load_rings(rows_of, method, layers):
+    """What slipped as the load was the least for the first time is all that ever slips."""
+    # A hundredth of the limit: f N (3 pi/16) a.
+    torque = 0.01 * 0.3 * 9.81 * (3 * np.pi / 16) * 8.7e-5
+    rows = rows_of(
+        WOUND.format(torque=torque), f"integrator.method={method}", f"contact.layers={layers}"
+    )
+    load = rows["normal_force"][:, 0]
+    assert load.min() < 0.8 * 9.81 and load.max() > 1.2 * 9.81
+    angle = 2 * rows["quaternion"][:, 0, 3]
+    means = [part.mean() for part in np.array_split(angle[1:], 4)]
+    assert means[3] == pytest.approx(means[1], rel=0.01)
+    lost = rows["work_friction"]
+    assert lost[-1] - lost[len(lost) // 2] < 0.02 * torque * means[3]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("gap", [0.0, 1e-13])
+def test_a_graze_that_begins_at_the_touch(rows_of, method, gap):
+    """It lasts 48 us: the first steps of what flies freely are longer than that."""
+    scene = """
+&scene t_end = 1e-3 /
+&material name = 'm' young = 2.0e9 poisson = 0.3 /
+&body name = 'still' mass = 0.03 inertia = 3*1.2e-6 angular_velocity = 30, -100, 60 /
+&body name = 'fast' mass = 0.05 inertia = 3*2.88e-6 position = 0, 0, {height!r}
+   velocity = 30, 2, -1 /
+&surface name = 's' body = 'still' shape = 'sphere' radius = 0.01 material = 'm' /
+&surface name = 'f' body = 'fast' shape = 'sphere' radius = 0.012 material = 'm' /
+&contact name = 'c' surfaces = 'f', 's' friction = 'contensou_exact' friction_coefficient = 0.3
+   tangential = 'elastic' /
+&integrator method = 'explicit8' rtol = 1e-8 /
+&output file = 'o.h5' interval = 1e-5 /
+"""
+    words = (f"integrator.method={method}",)
+    found = rows_of(scene.format(height=0.022 + gap), *words)
+    after_flight = rows_of(scene.format(height=0.022 + 1e-9), *words)
+    change = found["velocity"][-1] - found["velocity"][0]
+    expected = after_flight["velocity"][-1] - after_flight["velocity"][0]
+    assert np.abs(expected).max() > 1e-3
+    assert np.abs(change - expected).max() < 1e-3 * np.abs(expected).max()
+
+
 @pytest.mark.parametrize("angle", [85.0, 89.0, 89.9])
 def test_nothing_gains_energy_at_a_grazing_impact(rows_of, angle):
     restitution, _ = impact_at(rows_of, angle)
@@ -294,7 +355,6 @@ NORMAL = {
     "rigid": {"normal": "normal = 'rigid'", "height": 0.02},
     "hertz": {"normal": "damping = 'hunt_crossley' damping_coefficient = 100", "height": 0.0199998},
 }
-METHODS = ["explicit8", "cvode_bdf", "cvode_adams", "auto"]
 
 
 def is_lost_for_good(rows, share=1e-6):

@@ -260,10 +260,10 @@ contains
             end associate
          end do
          if (change <= converged*largest .or. largest <= 0.0_wp) return
+         if (n > 1) cycle
          ! What is remembered may stick at the guess and slip at the force: no first order tells.
-         if (n == 1 .and. .not. allocated(mechanism%contacts(self%links(1)%contact)%tangential)) then
-            if (0.5_wp*defect*change**2 <= rounding*largest**3) return
-         end if
+         if (allocated(mechanism%contacts(self%links(1)%contact)%tangential)) cycle
+         if (0.5_wp*defect*change**2 <= rounding*largest**3) return
       end do
       if (n > 1) then
          call self%share_load(mechanism, index, trouble)

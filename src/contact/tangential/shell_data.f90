@@ -33,8 +33,9 @@ module contensou_contact_tangential_shell_data
       real(wp), allocatable :: share(:, :)
       !> Elastic displacements of the shells along the axes [m] and about the normal [rad].
       real(wp), allocatable :: shift(:, :)
-      !> Energy of their twist beyond that of an even one [J]. A shell that becomes stiffer has new
-      !> area, which is not strained; that goes first where the shell becomes softer again.
+      !> Energy of their twist beyond that of an even one [J], with the sign of the twist. A shell
+      !> that becomes stiffer has new area, which is not strained; that goes first where the shell
+      !> becomes softer again.
       real(wp), allocatable :: uneven(:)
       !> Directions of their last slips, or zero: where the next slip is sought first.
       real(wp), allocatable :: direction(:, :)

@@ -180,8 +180,9 @@ contains
             now = stiffness(3)*max(torsion(j) - torsion(j - 1), 0.0_wp)
             before = max(share(j, 3), least)
             flat = 0.5_wp*before*shift(j, 3)*shift(j, 3)
-            energy = flat + max(sign(uneven(j), uneven(j)*shift(j, 3)), 0.0_wp)
-            ! What is strained has the stiffness flat/energy before.
+            ! Not where it has been turned to the other side since.
+            energy = flat + abs(uneven(j))*(0.5_wp + sign(0.5_wp, uneven(j)*shift(j, 3) - least))
+            ! What is strained has flat/energy of the stiffness before.
             strained = flat*before
             whole = energy*now
             shift(j, 3) = shift(j, 3)*(energy*before/max(whole, strained, least))

@@ -184,6 +184,16 @@ FAULTS = {
         "end = in_strains(self, self%step_rates(1:3))",
         "end = in_strains(self, self%rates(1:3))",
     ),
+    "twist that is kept without its energy": (
+        "contact/tangential/trial.f90",
+        "energy = flat + abs(uneven(j))*(0.5_wp",
+        "energy = flat + 0.0_wp*(0.5_wp",
+    ),
+    "graze that begins at the touch": (
+        "integrate/gaps.f90",
+        "is_open = self%gap(index)%value > self%resolution",
+        "is_open = self%gap(index)%value > huge(self%resolution)",
+    ),
     "slip that ends within a step": (
         "contact/tangential/memory.f90",
         "if (begin > growth .and. end < growth) part",
@@ -274,6 +284,12 @@ LIKELY = {
     "slip that does not fade as it rolls": "tangential",
     "sliding that turns back within a step": (
         "tests/driver/test_tangential_runs.py::test_what_slides_to_rest_stops"
+    ),
+    "twist that is kept without its energy": (
+        "tests/driver/test_tangential.py::test_a_twist_is_held_under_a_load_that_pulsates"
+    ),
+    "graze that begins at the touch": (
+        "tests/driver/test_tangential_runs.py::test_a_graze_that_begins_at_the_touch"
     ),
     "slip that ends within a step": (
         "tests/driver/test_tangential_runs.py::test_it_sticks_under_a_rising_load"

@@ -15,6 +15,9 @@ module contensou_integrate_ends
    !> Ratio of the curvatures below which surfaces as good as conform: where a march fails, they do.
    real(wp), parameter :: nearly = 1.0e-3_wp
 
+   !> Gap of a contact that is about to close, over the smallest radius.
+   real(wp), parameter :: touching = 1.0e-9_wp
+
 contains
 
    !> Tell the observer of an event, and see whether it ends the march.
@@ -131,7 +134,8 @@ contains
       call end_here(self, error)
    end subroutine end_where_conforming
 
-   !> A closed contact whose spot is so long that its surfaces as good as conform; 0 for none.
+   !> A contact that is closed or about to be, whose spot is so long that its surfaces as good as
+   !> conform; 0 for none.
    integer function nearly_conforming(self) result(contact)
       type(march_type), intent(inout) :: self
       type(contact_point_type) :: at
@@ -140,12 +144,13 @@ contains
       associate (system => self%motion%system)
          call system%set_poses(self%memory%y)
          do contact = 1, size(system%contacts)
-            if (.not. self%memory%closed(contact)) cycle
             associate (candidate => system%contacts(contact), &
                a => system%pose(system%contacts(contact)%a), &
                b => system%pose(system%contacts(contact)%b))
                call candidate%find_gap(a, b, gap)
                if (candidate%track%lost) cycle
+               if (.not. self%memory%closed(contact) .and. &
+                  gap > touching*candidate%law%geometry%smallest_radius()) cycle
                call candidate%locate(a, b, gap, at)
                if (at%curvature_a <= nearly*abs(at%curvature_b)) return
             end associate

@@ -390,7 +390,7 @@ contains
          weight = scene%bodies(body)%mass*norm2(scene%gravity)
          if (norm2(sideways) <= 1.0e-6_wp*weight) return
          call diagnostics%add(places(body), "body " // quote(scene%bodies(body)%name) // &
-            " cannot rest where it is: its contacts push it aside with " // &
+            " cannot rest where it is: the forces on it push it aside with " // &
             power_text(norm2(sideways), 3) // " N", "place = 'touch', or a position where the " // &
             "normal forces balance")
       end subroutine check_sides

@@ -793,7 +793,7 @@ def test_what_pushes_aside_carries_nothing(run, tmp_path):
     path.write_text(text.replace("0.003, 0, 0.2", "0.004, 0, 0.2"))
     result = run("check", path)
     assert result.status == 2
-    assert "its contacts push it aside with" in result.err
+    assert "the forces on it push it aside with" in result.err
 
 
 def test_the_break_shot(simulate, tmp_path):

@@ -81,7 +81,7 @@ contains
          if (contact%normal == normal_rigid .and. .not. remembers(contact%tangential)) call &
             diagnostics%add(group%place("tangential", 1), what // &
             " is not available for a rigid contact", &
-            "normal = 'hertz', or tangential = 'none'")
+            "tangential = 'elastic' and creep = 'table', or normal = 'hertz'")
          models = friction_models()
          associate (model => models(contact%friction))
             fits = model%info%name == exact_friction

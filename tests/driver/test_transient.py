@@ -164,6 +164,18 @@ def test_the_jacobian_saves_work(roll, tmp_path):
     np.testing.assert_allclose(*ends, atol=1e-6)
 
 
+@pytest.mark.parametrize("method", ["cvode_bdf", "explicit8"])
+def test_a_law_without_a_limit_does_not_ring_on_that_of_friction(run, root, tmp_path, method):
+    """The linear torque of the spin of the ball is beyond the limit: 280,000 steps if not cut."""
+    words = ("foot.tangential=elastic", "foot.creep=linear", "scene.t_end=0.5")
+    scene = root / "inputs" / "examples" / "rolling_bend.nml"
+    sets = [w for word in (*words, f"integrator.method={method}") for w in ("--set", word)]
+    done = run("run", scene, "-q", "--force", "-o", "bend.h5", *sets, timeout=600)
+    assert done.status == 0, done.err
+    with h5py.File(tmp_path / "bend.h5") as file:
+        assert file["integrator/steps"][()] < 25000
+
+
 def test_at_rest_the_law_changes_nothing(roll):
     """What only shears the spot is borne as without a law of creep."""
     still = ("ball.velocity=0,0,0", "ball.spin=0,0,3", "scene.t_end=0.05")

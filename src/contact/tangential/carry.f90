@@ -161,6 +161,9 @@ contains
       call self%creep%wrench(spot, passing_type(at%load, at%a, at%creepage(1), at%creepage(2), &
          at%creepage(3), 0.0_wp, -e(1), -e(2)), bears)
       borne = share_squared(at%wrench)
+      ! The part of it that the limit admits.
+      carried = share_squared(bears)
+      if (carried > 1.0_wp) bears = bears/sqrt(carried)
       if (at%slips > 0.0_wp) then
          call self%creep%wrench(spot, passing_type(at%load, at%a, at%motion(1), at%motion(2), &
             at%motion(3), 0.0_wp, at%velocity(1), at%velocity(2)), steady)

@@ -540,7 +540,7 @@ def test_profile_of_a_spot_that_changes(run, inputs, tmp_path):
     result = run(
         "run", inputs / "ellipsoid_egg.nml", "-q", "--profile", "-o", "egg.h5",
         *itertools.chain.from_iterable(("--set", word) for word in (
-            "scene.t_end=0.05", "contact.damping='none'", "contact.rolling='constant'",
+            "scene.t_end=0.2", "contact.damping='none'", "contact.rolling='constant'",
             "contact.rolling_coefficient=1e-5", "contact.rolling_regularization=1.0",
             "contact.tangential=elastic")),
     )  # fmt: skip

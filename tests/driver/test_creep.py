@@ -427,18 +427,20 @@ def test_velocities_far_below_the_others(evaluate, law, build_kind):
 
 
 @pytest.mark.parametrize(
-    ("kernel", "header", "row"),
+    ("kernel", "header", "row", "names"),
     [
-        ("creep", INPUTS, "1,1e-3,1e-3,0.3,1e9,-0.1,1e-3,0,0,-1,0"),
-        ("tangential", "N,a,b,f,G,nu,dx,dy,twist", "1,1e-3,1e-3,0.3,1e9,-0.1,1e-6,0,0"),
-        ("tangential", "N,a,b,f,G,nu,dx,dy,twist", "1,1e-3,1e-3,0.3,-1e9,0.3,1e-6,0,0"),
-        ("kalker", "a_over_b,nu,chi", "1,-0.1,0"),
+        ("creep", INPUTS, "1,1e-3,1e-3,0.3,1e9,-0.1,1e-3,0,0,-1,0", "N, a, b, f, G and nu"),
+        (
+            *("tangential", "N,a,b,f,G,nu,dx,dy,twist", "1,1e-3,1e-3,0.3,-1e9,0.3,1e-6,0,0"),
+            "N, a, b, f and G",
+        ),
+        ("kalker", "a_over_b,nu,chi", "1,-0.1,0", "a_over_b and nu"),
     ],
 )
-def test_moduli_that_are_negative(run, kernel, header, row):
+def test_moduli_that_are_negative(run, kernel, header, row, names):
     done = run("eval", kernel, input=f"{header}\n{row}\n")
     assert (done.status, done.out) == (2, "")
-    assert "nu must not be negative" in done.err
+    assert f"{names} must not be negative" in done.err
 
 
 def test_linear_where_nothing_rolls(run, tmp_path):

@@ -213,6 +213,12 @@ def test_rows_outside_the_domain_are_no_part_of_the_history(history):
         assert math.isnan(row["Fx"]), spot
 
 
+def test_a_poisson_ratio_below_zero(history, evaluate):
+    (stiffness,) = evaluate("tangential_stiffness", "a,b,G,nu", [(1e-3, 1e-3, 8e10, -0.3)])
+    (row,) = history([(0.01 * SHIFT, 0, 0)], spot=(*SPOT[:5], -0.3))
+    assert row["Fx"] == pytest.approx(-stiffness["kx"] * 0.01 * SHIFT, rel=0.01)
+
+
 def test_a_load_that_vanishes_and_returns(evaluate):
     load, *spot = SPOT
     rows = [

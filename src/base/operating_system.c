@@ -31,6 +31,7 @@ int contensou_system_same_file(const char *a, const char *b);
 int contensou_system_longest_name(const char *path);
 double contensou_system_free_bytes(const char *path);
 int contensou_system_take_lock(const char *path, double patience, int *descriptor);
+int contensou_system_share_lock(double patience, int descriptor);
 void contensou_system_leave_lock(const char *path, int descriptor);
 void contensou_system_sweep_up(const char *path);
 uint64_t contensou_system_process(void);
@@ -305,6 +306,20 @@ int contensou_system_take_lock(const char *path, double patience, int *descripto
       if (contensou_system_wall_seconds() - start >= patience || stop_is_wanted()) return -1;
       nanosleep(&(struct timespec){0, 10 * 1000 * 1000}, NULL);
    }
+}
+
+/* Let others share a lock, so that they may read the file but not write to it: 0, or -1 if another
+   process took it for itself meanwhile, as systems may allow. Where there are no locks it is shared
+   anyway. */
+int contensou_system_share_lock(double patience, int descriptor)
+{
+   double start = contensou_system_wall_seconds();
+   while (flock(descriptor, LOCK_SH | LOCK_NB) != 0) {
+      if (errno != EWOULDBLOCK && errno != EINTR) return 0;
+      if (contensou_system_wall_seconds() - start >= patience) return -1;
+      nanosleep(&(struct timespec){0, 10 * 1000 * 1000}, NULL);
+   }
+   return 0;
 }
 
 /* Give a lock back and remove its file, before anyone else can have it. */

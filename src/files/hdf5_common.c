@@ -3,6 +3,8 @@
 
 char contensou_hdf5_reason[2048];
 
+const char contensou_hdf5_in_use[] = "another program has it open";
+
 /* What HDF5's error stack says: the system's error number, if any, and the innermost message. */
 struct cause {
    int code;
@@ -24,7 +26,7 @@ int contensou_hdf5_explain(const char *verb, const char *path, const char *objec
    struct cause cause = {0, ""};
    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, inspect, &cause);
    if (cause.code == EAGAIN || cause.code == EWOULDBLOCK) {
-      contensou_hdf5_refuse(verb, path, NULL, "another program has it open");
+      contensou_hdf5_refuse(verb, path, NULL, contensou_hdf5_in_use);
    } else if (cause.code != 0) {
       contensou_hdf5_refuse(verb, path, NULL, strerror(cause.code));
    } else {

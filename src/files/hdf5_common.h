@@ -26,6 +26,9 @@
 /* The reason of the last failure. */
 extern char contensou_hdf5_reason[2048];
 
+/* Why a file that is locked is not opened. */
+extern const char contensou_hdf5_in_use[];
+
 /* Compose that reason, "cannot VERB PATH, object OBJECT: ...", from HDF5's error stack; the
    system's error number, if any. To be called before anything else of HDF5 is, since each call of
    HDF5 begins by emptying that stack. */

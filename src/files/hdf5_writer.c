@@ -78,6 +78,7 @@ int contensou_hdf5_close(struct file *file);
 int contensou_hdf5_close_as(struct file *file, const char *name, int replace);
 int contensou_system_rename(const char *from, const char *to, int replace);
 int contensou_system_take_lock(const char *path, double patience, int *descriptor);
+int contensou_system_share_lock(double patience, int descriptor);
 void contensou_hdf5_abandon(struct file *file);
 int contensou_hdf5_create_group(struct file *file, const char *path);
 int contensou_hdf5_put_attribute(struct file *file, const char *object, const char *name,
@@ -345,7 +346,7 @@ struct file *contensou_hdf5_create(const char *path)
    int refused = contensou_system_take_lock(path, lock_patience, &file->lock);
    if (refused) {
       contensou_hdf5_refuse("create", path, NULL,
-         refused < 0 ? "another program has it open" : strerror(refused));
+         refused < 0 ? contensou_hdf5_in_use : strerror(refused));
       release(file);
       return NULL;
    }
@@ -486,6 +487,10 @@ int contensou_hdf5_close_as(struct file *file, const char *name, int replace)
    if (failed) contensou_hdf5_explain("close", file->path, NULL);
    int unsealed = !failed && name ? contensou_hdf5_seal(file->lock, file->path) : 0;
    if (unsealed) failed = contensou_hdf5_refuse("write", file->path, NULL, strerror(unsealed));
+   /* Who waits for the name may read the file as soon as it is there. */
+   if (!failed && name && contensou_system_share_lock(lock_patience, file->lock)) {
+      failed = contensou_hdf5_refuse("write", file->path, NULL, contensou_hdf5_in_use);
+   }
    if (!failed && name) {
       int code = contensou_system_rename(file->path, name, replace);
       if (code) {

@@ -8,6 +8,7 @@ one.
 
 from __future__ import annotations
 
+import functools
 import math
 import os
 import re
@@ -244,6 +245,23 @@ def build_kind() -> str:
 def sanitized(executable) -> bool:
     """Whether the address sanitizer watches the executable."""
     return b"__asan_init" in executable.read_bytes()
+
+
+@pytest.fixture(scope="session")
+def preload(root, tmp_path_factory, sanitized):
+    """Build a library of tests/driver/preload; `preload(name)` is the environment that loads it."""
+    if sanitized:
+        pytest.skip("a sanitizer must be the first library")
+
+    @functools.cache
+    def make(name: str) -> dict[str, str]:
+        path = tmp_path_factory.mktemp("preload") / f"{name}.so"
+        source = root / "tests" / "driver" / "preload" / f"{name}.c"
+        compiler = os.environ.get("CC", "cc")
+        subprocess.run([compiler, "-shared", "-fPIC", "-o", path, source, "-ldl"], check=True)
+        return {"LD_PRELOAD": str(path)}
+
+    return make
 
 
 @pytest.fixture

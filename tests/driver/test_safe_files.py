@@ -236,6 +236,21 @@ def test_files_of_dead_processes_are_removed(run, files, command):
     assert names == {"x.h5", alive.name, elsewhere.name}
 
 
+@pytest.mark.parametrize("command", [("run", "scene.nml"), ("sweep", "sweep.nml")])
+def test_who_waits_for_a_result_may_read_it_at_once(executable, files, preload, command):
+    """Readers take a lock as h5py does; the file is not locked any more when its name appears."""
+    words = [str(executable), *command, "-q", "-o", "x.h5"]
+    slow = {**os.environ, **preload("slow_folder")}
+    with subprocess.Popen(words, cwd=files, env=slow) as process:
+        while not (files / "x.h5").exists():
+            assert process.poll() is None
+            time.sleep(1e-3)
+        with h5py.File(files / "x.h5", locking=True) as file:
+            assert file.attrs["status"] in (b"complete", "complete")
+        assert process.poll() is None
+        assert process.wait(60) == 0
+
+
 @pytest.mark.parametrize(
     "command", [("export", "a.h5", "--csv"), ("fmu", "scene.nml"), ("new", "bearing")]
 )

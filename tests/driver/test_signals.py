@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import signal
 import subprocess
@@ -59,22 +58,10 @@ def test_signals_end_a_sweep_that_goes_on(executable, run, files, name):
     assert sorted(path.name for path in files.glob("x.h5*")) == ["x.h5.part"]
 
 
-@pytest.fixture(scope="session")
-def early(root, tmp_path_factory, sanitized):
-    """A library that sends the program a signal before it can do anything."""
-    if sanitized:
-        pytest.skip("a sanitizer must be the first library")
-    path = tmp_path_factory.mktemp("preload") / "early.so"
-    source = root / "tests/driver/preload/early.c"
-    compiler = os.environ.get("CC", "cc")
-    subprocess.run([compiler, "-shared", "-fPIC", "-o", path, source, "-ldl"], check=True)
-    return str(path)
-
-
 @pytest.mark.parametrize("when", ["library", "main"])
 @pytest.mark.parametrize("name", STOPS)
 @pytest.mark.parametrize("command", ["run", "resume", "sweep", "merge", "cost"])
-def test_signals_before_the_beginning(run, files, early, command, name, when):
+def test_signals_before_the_beginning(run, files, preload, command, name, when):
     words = {"run": ["run", "scene.nml"], "resume": ["run", "scene.nml", "--resume"]}.get(
         command, [command, "scene.nml" if command == "cost" else "sweep.nml"]
     )
@@ -85,7 +72,7 @@ def test_signals_before_the_beginning(run, files, early, command, name, when):
     number = int(getattr(signal, name))
     result = run(
         *words, "-q", "-o", "x.h5",
-        env={"LD_PRELOAD": early, "EARLY": when, "SIGNAL": str(number)},
+        env={**preload("early"), "EARLY": when, "SIGNAL": str(number)},
     )  # fmt: skip
     assert result.status == 75, result.err
     assert result.err == "contensou: interrupted; nothing was written\n"
@@ -93,10 +80,10 @@ def test_signals_before_the_beginning(run, files, early, command, name, when):
 
 
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGXCPU", "SIGQUIT"])
-def test_other_commands_end_at_once(run, files, early, name):
+def test_other_commands_end_at_once(run, files, preload, name):
     number = int(getattr(signal, name))
     result = run("check", "scene.nml",
-                 env={"LD_PRELOAD": early, "EARLY": "main", "SIGNAL": str(number)})  # fmt: skip
+                 env={**preload("early"), "EARLY": "main", "SIGNAL": str(number)})  # fmt: skip
     assert result.status == -number
     assert result.err == ""
 

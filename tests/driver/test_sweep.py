@@ -613,23 +613,10 @@ def test_signals_stop_a_case_that_does_not_end(executable, tmp_path):
 # ---- Cases that fail ---------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="session")
-def trouble(tmp_path_factory, root, sanitized):
-    """A library that makes cases crash and hang, as environment."""
-    if sanitized:
-        pytest.skip("a sanitizer must be the first library")
-    path = tmp_path_factory.mktemp("preload") / "trouble.so"
-    source = root / "tests" / "driver" / "preload" / "trouble.c"
-    subprocess.run(
-        [os.environ.get("CC", "cc"), "-shared", "-fPIC", "-o", path, source, "-ldl"], check=True
-    )
-    return {"LD_PRELOAD": str(path)}
-
-
 CRASH, HANG, EXIT, ABORT = 0.0101, 0.0102, 0.0103, 0.0104
 
 
-def test_crashes_and_hangs_take_only_themselves(run, tmp_path, trouble):
+def test_crashes_and_hangs_take_only_themselves(run, tmp_path, preload):
     steps = [0.01 + 0.0001 * i + 1e-5 for i in range(40)]
     for place, value in ((3, CRASH), (4, CRASH), (17, HANG), (20, EXIT), (21, ABORT), (39, CRASH)):
         steps[place] = value
@@ -639,7 +626,7 @@ def test_crashes_and_hangs_take_only_themselves(run, tmp_path, trouble):
         "set = \"integrator.method='cvode_bdf'\", 'scene.t_end=0.01', time_limit = 1.0",
         f"name = 'integrator.max_step', vary = 'list', values = {', '.join(map(repr, steps))}",
     )
-    done = run("sweep", "sweep.nml", "-j", 4, env=trouble)
+    done = run("sweep", "sweep.nml", "-j", 4, env=preload("trouble"))
     assert done.status == 0, done.err
     expected = [COMPLETE] * 40
     for place in (3, 4, 20, 21, 39):
@@ -667,14 +654,14 @@ def test_crashes_and_hangs_take_only_themselves(run, tmp_path, trouble):
             assert values.tobytes() == well[f"results/{name}"][()][ended].tobytes(), name
 
 
-def test_a_sweep_in_which_all_crash(run, tmp_path, trouble):
+def test_a_sweep_in_which_all_crash(run, tmp_path, preload):
     write_sweep(
         tmp_path,
         TIPPE,
         f"set = \"integrator.method='cvode_bdf'\", 'integrator.max_step={CRASH}'",
         FRICTION + ", vary = 'linear', first = 0.1, last = 0.2, count = 12",
     )
-    done = run("sweep", "sweep.nml", "-j", 3, env=trouble)
+    done = run("sweep", "sweep.nml", "-j", 3, env=preload("trouble"))
     assert done.status == 0, done.err
     with h5py.File(tmp_path / "table.h5") as table:
         assert list(table["status"][()]) == [CRASHED] * 12

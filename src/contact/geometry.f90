@@ -19,7 +19,8 @@ module contensou_contact_geometry
       trouble_jammed, trouble_redundant, trouble_apex, trouble_sunk, trouble_pulls, &
       trouble_drives
    public :: trouble_far, trouble_sudden, trouble_spots, trouble_endless, trouble_squeezed, &
-      trouble_unsettled, trouble_unseen, trouble_merged, trouble_missed, trouble_still
+      trouble_unsettled, trouble_unseen, trouble_merged, trouble_missed, trouble_still, &
+      trouble_apart
 
    !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
    !> in a point, a formula for the spot that gives none, friction that jams a rigid contact, rigid
@@ -31,9 +32,11 @@ module contensou_contact_geometry
 
    !> More of it: positions too large for their rounding, an overlap that no motion explains, a
    !> place where the surfaces touch without a spot, two spots that become one under load, a touch
-   !> or a lift-off that went unnoticed, a law of creep that has no value without rolling.
+   !> or a lift-off that went unnoticed, a law of creep that has no value without rolling, a closed
+   !> rigid contact whose surfaces are apart.
    integer, parameter :: trouble_far = 20, trouble_sudden = 21, trouble_spots = 22, &
-      trouble_unseen = 23, trouble_merged = 24, trouble_missed = 25, trouble_still = 26
+      trouble_unseen = 23, trouble_merged = 24, trouble_missed = 25, trouble_still = 26, &
+      trouble_apart = 27
 
    !> What a track follows: the closest place; one that it keeps, however close others are, as each
    !> spot of a contact that has several; none.
@@ -379,6 +382,9 @@ contains
       case (trouble_sunk)
          text = "the surfaces of the rigid contact overlap by more than 1e-6 of the smallest " // &
             "radius; a smaller integrator.rtol or integrator.max_step holds them"
+      case (trouble_apart)
+         text = "the surfaces of the closed rigid contact are apart by more than 1e-6 of the " // &
+            "smallest radius; a smaller integrator.rtol or integrator.max_step holds them"
       case (trouble_pulls)
          text = "the closed rigid contact pulls, and no set of closed contacts pushes " // &
             "everywhere; normal = 'hertz' for some of them has no such case"

@@ -6,7 +6,8 @@
 !> SIAM Rev. 42 (2000) 3), and the equations of motion confirm the solution.
 module contensou_dynamics_rests
    use contensou_base_kinds, only : wp
-   use contensou_contact_geometry, only : trouble_drives, trouble_jammed, trouble_none, trouble_sunk
+   use contensou_contact_geometry, only : trouble_apart, trouble_drives, trouble_jammed, &
+      trouble_none, trouble_sunk
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_halts, only : halt_slow
    use contensou_dynamics_impact, only : find_links, find_pressing_acceleration, resolve_impacts, &
@@ -535,7 +536,7 @@ contains
       !> Largest overlap of a closed contact, as far as its rate takes it, over that which ends a
       !> run [-].
       real(wp), intent(out) :: drift
-      !> Contact that has sunk in, or whose friction drives; 0 for none.
+      !> Contact that has sunk in, is closed and apart, or whose friction drives; 0 for none.
       integer, intent(out) :: index
       !> One of the `trouble_*` codes.
       integer, intent(out) :: trouble
@@ -552,16 +553,20 @@ contains
             if (contact%closed .or. .not. contact%rigid .or. gap(i) >= 0.0_wp) cycle
             missed(i) = .not. contact%leaving
             if (contact%leaving) missed(i) = gap(i) < contact%threshold
-            if (overlap(contact, gap(i)) > 1.0_wp) index = i
+            if (overlap(contact, gap(i)) > 1.0_wp) then
+               index = i
+               trouble = trouble_sunk
+            end if
          end associate
       end do
       do i = 1, system%constraints%n_links
          associate (link => system%constraints%links(i))
             if (.not. system%contacts(link%contact)%closed) cycle
+            if (abs(overlap(system%contacts(link%contact), link%at%gap)) > 1.0_wp) then
+               index = link%contact
+               trouble = merge(trouble_sunk, trouble_apart, link%at%gap < 0.0_wp)
+            end if
             if (link%at%gap < 0.0_wp) then
-               if (overlap(system%contacts(link%contact), link%at%gap) > 1.0_wp) then
-                  index = link%contact
-               end if
                ! As far as its rate takes it before it is held.
                drift = max(drift, overlap(system%contacts(link%contact), link%at%gap &
                   + min(link%rate, 0.0_wp)/sqrt(max(link%pace, slowest_pace))))
@@ -581,7 +586,6 @@ contains
             end if
          end associate
       end do
-      if (index > 0) trouble = trouble_sunk
 
    contains
 

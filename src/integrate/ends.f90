@@ -2,7 +2,8 @@
 module contensou_integrate_ends
    use contensou_base_errors, only : error_type, status_failed
    use contensou_base_kinds, only : wp
-   use contensou_contact_geometry, only : contact_point_type, trouble_conforming, trouble_sunk
+   use contensou_contact_geometry, only : contact_point_type, trouble_apart, trouble_conforming, &
+      trouble_sunk
    use contensou_integrate_checks, only : check_balance
    use contensou_integrate_observer, only : event_touch
    use contensou_integrate_step, only : kept_type, look_at_gaps, march_type, open_step, &
@@ -103,7 +104,8 @@ contains
             nearly_conforming(self)
          if (contact == 0) return
          if (system%contacts(contact)%rigid .and. system%too_deep == 0 .and. &
-            (system%trouble == 0 .or. system%trouble_code == trouble_sunk)) then
+            (system%trouble == 0 .or. any(system%trouble_code == [trouble_sunk, trouble_apart]))) &
+            then
             system%trouble = contact
             system%trouble_code = trouble_conforming
          end if

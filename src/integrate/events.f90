@@ -140,7 +140,7 @@ contains
       logical, intent(in) :: resolved
       !> Whether one pulls without an event.
       logical, intent(out) :: unresolved
-      !> Set when a contact has sunk in, drives or pulls.
+      !> Set when a contact has sunk in, is apart, drives or pulls.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: drift
       integer :: index, trouble

@@ -584,6 +584,7 @@ contains
       end if
       call begin_at(self, t, y)
       self%at_start = at_start
+      if (allocated(self%problem%turns)) where (self%problem%turns) g = huge(g)
       where (same .or. abs(self%g - g) <= 0.0_wp) self%side = side
    end subroutine restart
 

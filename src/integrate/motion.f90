@@ -173,6 +173,7 @@ contains
                motion%rounding = contact%brink
             end associate
          end do
+         motion%turns = motion%system%contacts%rigid
          s%energy = kinetic
          do i = 1, size(motion%system%bodies)
             s%energy = s%energy + 0.5_wp*motion%system%bodies(i)%mass*s%velocity**2

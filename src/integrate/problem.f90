@@ -39,6 +39,9 @@ module contensou_integrate_problem
       !> Sides of zero of such functions there as far as they are known, 1 and -1, else 0. What was
       !> closed is closed, however near it is to lift off. Not allocated: none is known.
       integer, allocatable :: side(:)
+      !> Which of them have sides of their own in every state that is set: those of rigid contacts,
+      !> whose gaps an impact turns round. Not allocated: none.
+      logical, allocatable :: turns(:)
       !> Whether what rings may come to rest: rolling with a law of creep does not end by that.
       logical :: settles = .false.
       !> Whether the event functions are asked for at the very state at which the right-hand side

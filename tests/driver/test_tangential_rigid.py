@@ -55,6 +55,22 @@ for number, place in enumerate(["0.02, 0.02", "-0.02, 0.02", "0.02, -0.02", "-0.
 &contact name = 'c{number}' surfaces = 'floor', 's{number}' /
 """
 
+TWO = """
+&scene title = 'two balls' gravity = 0, 0, -9.81 t_end = 0.025 /
+&material name = 'm' young = 1e8 poisson = 0.3 /
+&body name = 'a' mass = 0.01 inertia = 3*4e-7 position = 0, 0, 0.0105 /
+&body name = 'b' mass = 0.01 inertia = 3*4e-7 position = 1, 0, 0.011 /
+&surface name = 'floor' body = 'ground' shape = 'plane' material = 'm' /
+&surface name = 'sa' body = 'a' shape = 'sphere' radius = 0.01 material = 'm' /
+&surface name = 'sb' body = 'b' shape = 'sphere' radius = 0.01 material = 'm' /
+&defaults normal = 'rigid' restitution = 0.5 friction = 'contensou_exact'
+   friction_coefficient = 0.6 tangential = '{tangential}' /
+&contact name = 'ca' surfaces = 'floor', 'sa' /
+&contact name = 'cb' surfaces = 'floor', 'sb' /
+&integrator method = '{method}' rtol = 1e-8 /
+&output file = 'o.h5' interval = 1e-4 /
+"""
+
 
 @pytest.fixture
 def ball(simulate):
@@ -76,6 +92,23 @@ def table(simulate):
         return simulate(text).columns
 
     return rows_of
+
+
+@pytest.mark.parametrize("tangential", ["elastic", "spring"])
+@pytest.mark.parametrize("method", ["explicit8", "auto", "cvode_bdf", "cvode_adams"])
+def test_a_ball_in_flight_stays_there_as_another_one_lands(simulate, method, tangential):
+    """Two balls that have but the floor in common: one lands while the other one bounces."""
+    rows = simulate(TWO.format(method=method, tangential=tangential)).columns
+    gap, load = rows["gap"], rows["normal_force"]
+    assert np.abs(gap[load > 0]).max(initial=0.0) < 1e-12
+    # Each falls and bounces as if it were alone.
+    for ball, height in enumerate([0.5e-3, 1e-3]):
+        speed = np.sqrt(2 * GRAVITY * height)
+        time = rows["time"] - speed / GRAVITY
+        flight = (time > 0) & (time < speed / GRAVITY)
+        expected = 0.5 * speed * time[flight] - GRAVITY / 2 * time[flight] ** 2
+        assert gap[flight, ball] == pytest.approx(expected, abs=1e-10)
+    assert np.abs(rows["energy_error"]).max() < 1e-8 * rows["energy_potential"][0]
 
 
 @pytest.mark.parametrize("method", ["explicit8", "cvode_bdf", "cvode_adams"])

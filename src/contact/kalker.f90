@@ -10,8 +10,9 @@
 !> that the coefficients have continuous curvature, and a polynomial in the third. The direction is
 !> p = t/(1 + t) with t = sqrt(a/b) |tan chi|, which spreads directions near the major axis of
 !> needles and takes no function of a library. scripts/generate_kalker.py makes it. Errors: 1e-5 for
-!> a/b = 1/3 to 3 along the axes, 5e-4 of the largest coefficient of the kind to a/b = 1/20 and 20;
-!> beyond these the ratio is that of the end.
+!> a/b = 1/3 to 3 along the axes, 5e-4 of the largest coefficient of the kind to a/b = 1/20 and 20.
+!> On more slender spots the coefficients of the end are stretched as the asymptotic ones are
+!> (`stretch`).
 !>
 !> Most of the work are the sums over the ratio and Poisson's ratio. `kalker_by_direction` has them
 !> for all directions, for spots whose shape does not change; who has them passes them on.
@@ -96,11 +97,10 @@ contains
       !> What `kalker_by_direction` has for these ratios.
       real(wp), intent(in), optional :: by_direction(6, 0:3, 0:n_directions - 1)
       real(wp) :: columns(6, 4), weights(4), rate(4), c(6), c_rate(6)
-      real(wp) :: place, x, ratio, along, across, root, mirror
+      real(wp) :: place, x, along, across, root, mirror
       integer :: j, sector
 
-      ratio = max(k, least_ratio)
-      root = sqrt(sqrt(ratio))
+      root = sqrt(sqrt(k))
       along = abs(e(1))*root
       across = abs(e(2))/root
       mirror = sign(1.0_wp, e(1))*sign(1.0_wp, e(2))
@@ -124,6 +124,7 @@ contains
          c = c + weights(j)*columns(:, j)
          c_rate = c_rate + rate(j)*columns(:, j)
       end do
+      if (k < least_ratio) call stretch(k, poisson, abs(e), c, c_rate)
       ! In the mirror the coefficients are even or odd functions of the angle.
       c([2, 4]) = mirror*c([2, 4])
       c_rate([1, 3, 5, 6]) = mirror*c_rate([1, 3, 5, 6])
@@ -137,25 +138,31 @@ contains
 
    !> The coefficients alone, C11, C12, C22, C13, C23, C33, of a spot whose splines are known,
    !> without functions of a library; those of `kalker_matrix` to rounding.
-   pure subroutine kalker_six(by_direction, root_k, ex, ey, c11, c12, c22, c13, c23, c33)
+   pure subroutine kalker_six(by_direction, poisson, root_k, ex, ey, c11, c12, c22, c13, c23, c33)
       !> What `kalker_by_direction` has.
       real(wp), intent(in) :: by_direction(6, 0:3, 0:n_directions - 1)
+      !> Poisson's ratio, from 0 to 1/2.
+      real(wp), intent(in) :: poisson
       !> Root of the ratio of the minor to the major axis, in (0, 1].
       real(wp), intent(in) :: root_k
       !> Rolling direction along the major and the minor axis, >= 0; the square of its length is
       !> normal. Between the other axes C12 and C13 have the other sign.
       real(wp), intent(in) :: ex, ey
       real(wp), intent(out) :: c11, c12, c22, c13, c23, c33
-      real(wp) :: place, rounded, x, x2, c(6)
+      real(wp) :: place, rounded, x, x2, c(6), c_rate(6)
       integer(i8) :: j
 
-      place = cells*(ey/(max(root_k, least_root)*ex + ey))
+      place = cells*(ey/(root_k*ex + ey))
       rounded = place + to_fine
       j = iand(shiftr(transfer(rounded, 0_i8), fine), 255_i8)
       x = place - (transfer(iand(transfer(rounded, 0_i8), -2_i8**fine), 0.0_wp) - to_fine)
       x2 = x*x
       c = (by_direction(:, 0, j) + x*by_direction(:, 1, j)) &
          + x2*(by_direction(:, 2, j) + x*by_direction(:, 3, j))
+      if (root_k < least_root) then
+         c_rate = 0.0_wp
+         call stretch(root_k**2, poisson, [ex, ey]/sqrt(ex**2 + ey**2), c, c_rate)
+      end if
       ! Not returned as an array, which the caller would share with others: these are computed in
       ! pairs, and taken from the registers.
       c11 = c(1)
@@ -165,6 +172,80 @@ contains
       c23 = c(5)
       c33 = c(6)
    end subroutine kalker_six
+
+   !> Coefficients of a spot more slender than the table has, from those of its end.
+   !>
+   !> Along and across they grow as the asymptotic ones do (J. Kalker, Three-dimensional elastic
+   !> bodies in rolling contact, 1990, table E3). In between, at t = sqrt(a/b) |tan chi| = 1, strips
+   !> across the spot act by themselves, passed at the sine of the angle: C11 and C22 grow with
+   !> (a/b)^(1/2), C33 with (a/b)^(3/2), C23 and C13 nearly with a/b (as they do in the table to
+   !> 20). The logarithm of what they grow by is a parabola through the three in the excess of
+   !> ln(l/w), the ratio of half-length to half-width, over that at the end at the same t, which is
+   !> -1, 0 and 1 there in units of the ratio's. Against boundary elements: docs/rolling.md.
+   pure subroutine stretch(k, poisson, e, c, c_rate)
+      !> Ratio of the minor to the major axis, below that of the end.
+      real(wp), intent(in) :: k
+      real(wp), intent(in) :: poisson
+      !> Rolling direction along the major and the minor axis, >= 0, of length one.
+      real(wp), intent(in) :: e(2)
+      !> C11, C12, C22, C13, C23, C33, and their derivatives by the angle.
+      real(wp), intent(inout) :: c(6), c_rate(6)
+      !> Powers of a/b with which they grow in between.
+      real(wp), parameter :: between(6) = [0.5_wp, 0.5_wp, 0.5_wp, 0.6_wp, 0.9_wp, 1.5_wp]
+      real(wp), dimension(6) :: along, across, middle, bend, tilt, factor
+      real(wp) :: ratio, more, rate, x2, y2, square, above, below
+
+      ratio = log(least_ratio/k)
+      along = asymptotic_along(k, poisson)/asymptotic_along(least_ratio, poisson)
+      along = log(along)
+      across = asymptotic_across(k, poisson)/asymptotic_across(least_ratio, poisson)
+      across = log(across)
+      middle = between*ratio
+      x2 = e(1)**2
+      y2 = e(2)**2
+      square = k**2*x2 + y2
+      above = k*x2 + least_ratio*y2
+      below = least_ratio*k*x2 + y2
+      more = (log(k/square) - log(above/below))/ratio
+      rate = 2.0_wp*e(1)*e(2)*((k**2 - 1.0_wp)/square - (least_ratio - k)/above &
+         + (1.0_wp - least_ratio*k)/below)/ratio
+      tilt = 0.5_wp*(along - across)
+      bend = 0.5_wp*(along + across) - middle
+      factor = exp(middle + more*(tilt + more*bend))
+      c_rate = factor*(c_rate + c*(tilt + 2.0_wp*more*bend)*rate)
+      c = factor*c
+   end subroutine stretch
+
+   !> Coefficients of a slender spot that rolls along its major axis, asymptotically; those that
+   !> vanish there grow as their neighbours.
+   pure function asymptotic_along(k, poisson) result(c)
+      real(wp), intent(in) :: k, poisson
+      real(wp) :: c(6)
+      real(wp) :: large, other, rigid
+
+      large = log(16.0_wp/k**2)
+      rigid = (1.0_wp - poisson)*large
+      other = 3.0_wp - log(4.0_wp)
+      c(1) = 2.0_wp*pi/((large - 2.0_wp*poisson)*k)*(1.0_wp + other/(large - 2.0_wp*poisson))
+      c(3) = 2.0_wp*pi/(k*(rigid + 2.0_wp*poisson)) &
+         *(1.0_wp + (1.0_wp - poisson)*other/(rigid + 2.0_wp*poisson))
+      c(2) = sqrt(c(1)*c(3))
+      c(5) = 2.0_wp*pi/(3.0_wp*k*sqrt(k)*(rigid - 2.0_wp + 4.0_wp*poisson))
+      c(4) = c(5)
+      c(6) = 0.25_wp*pi*(1.0_wp - poisson*(large - 2.0_wp)/(rigid - 2.0_wp + 4.0_wp*poisson))
+   end function asymptotic_along
+
+   !> The same across the major axis.
+   pure function asymptotic_across(k, poisson) result(c)
+      real(wp), intent(in) :: k, poisson
+      real(wp) :: c(6)
+
+      c(1:3) = 0.25_wp*pi**2*[1.0_wp/(1.0_wp - poisson), 1.0_wp/sqrt(1.0_wp - poisson), 1.0_wp]
+      c(5) = pi*sqrt(k)/(3.0_wp*(1.0_wp - poisson)) &
+         *(1.0_wp + poisson*(0.5_wp*log(16.0_wp/k**2) + log(4.0_wp) - 5.0_wp))
+      c(4) = c(5)
+      c(6) = pi**2/(16.0_wp*(1.0_wp - poisson)*k)
+   end function asymptotic_across
 
    !> Powers of the splines in the direction, for one ratio of the axes and one of Poisson.
    pure function kalker_by_direction(k, poisson) result(powers)

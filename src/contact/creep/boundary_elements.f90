@@ -142,7 +142,7 @@ contains
       type(rolling_frame_type) :: stout
       type(elements_type) :: elements
 
-      call kalker_matrix(spot%shape%k, spot%poisson, frame%e, c, c_slope)
+      call kalker_matrix(max(spot%shape%k, least_ratio), spot%poisson, frame%e, c, c_slope)
       missing = -(1.5_wp/pi)*matmul(c, frame%creepage)
       if (spot%shape%k >= least_ratio) then
          missing = missing - linear

@@ -105,6 +105,7 @@ contains
 
       allocate(made)
       made%reduction = reduction
+      made%uncouples = reduction /= nothing
       if (reduction == strips) made%factor = (4.0_wp/(3.0_wp*pi))*made%factor
       call move_alloc(made, creep)
    end subroutine new_closed
@@ -134,7 +135,8 @@ contains
       ! The coefficients first: the rest takes less, and would keep their quotient waiting.
       root_k = spot%root_k
       if (allocated(spot%by_direction)) then
-         call kalker_six(spot%by_direction, root_k, abs(rx), abs(ry), c11, c12, c22, c13, c23, c33)
+         call kalker_six(spot%by_direction, spot%poisson, root_k, abs(rx), abs(ry), &
+            c11, c12, c22, c13, c23, c33)
       else
          call linear_theory(spot, abs(rx), abs(ry), c)
          c11 = c(1)

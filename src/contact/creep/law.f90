@@ -86,6 +86,8 @@ module contensou_contact_creep_law
    type, abstract :: creep_type
       !> Whether what rolls sticks where it enters the spot.
       logical :: sticks = .true.
+      !> Whether the coupling of creepage and spin is reduced more than the rest of the linear wrench.
+      logical :: uncouples = .false.
    contains
       !> Wrench in units of f N and f N a.
       procedure(kernel_of), deferred :: kernel

@@ -160,23 +160,19 @@ contains
       limit = spot%coefficient*at%load
       call self%creep%wrench(spot, passing_type(at%load, at%a, at%creepage(1), at%creepage(2), &
          at%creepage(3), 0.0_wp, -e(1), -e(2)), bears)
+      root = sqrt(shape%k)
+      call kalker_matrix(shape%k, spot%poisson, e, c, slope)
+      if (self%creep%uncouples) call uncouple(c, turned(at%creepage, 1.0_wp/(at%a*root)), &
+         turned(bears, at%a*root))
       borne = share_squared(at%wrench)
-      ! The part of it that the limit admits.
-      carried = share_squared(bears)
-      if (carried > 1.0_wp) bears = bears/sqrt(carried)
+      call cut(bears, 1.0_wp)
       if (at%slips > 0.0_wp) then
          call self%creep%wrench(spot, passing_type(at%load, at%a, at%motion(1), at%motion(2), &
             at%motion(3), 0.0_wp, at%velocity(1), at%velocity(2)), steady)
-         carried = share_squared(steady)
-         if (carried > borne) steady = sqrt(borne/carried)*steady
+         call cut(steady, borne)
          bears = bears + at%slips*(steady - bears)
       end if
-      ! In rolling axes, f N and f N sqrt(a b).
-      root = sqrt(shape%k)
-      missing = (bears - at%wrench)/limit
-      missing = [e(1)*missing(1) + e(2)*missing(2), e(1)*missing(2) - e(2)*missing(1), &
-         missing(3)/(at%a*root)]
-      call kalker_matrix(shape%k, spot%poisson, e, c, slope)
+      missing = turned((bears - at%wrench)/limit, at%a*root)
       ! Squares of sizes, in units of their own.
       square = limit**(2.0_wp/3.0_wp)
       missing = (pi/1.5_wp)*e0*solved(c, missing) &
@@ -211,7 +207,55 @@ contains
             + (wrench(3)/(limit*at%a*shape%torque))**2
       end function share_squared
 
+      !> Leave the part of a wrench that has a share of the limit.
+      pure subroutine cut(wrench, most)
+         real(wp), intent(inout) :: wrench(3)
+         !> Square of the share.
+         real(wp), intent(in) :: most
+         real(wp) :: share
+
+         share = share_squared(wrench)
+         if (share > most) wrench = sqrt(most/share)*wrench
+      end subroutine cut
+
+      !> Along the rolling, across and about the normal.
+      pure function turned(wrench, arm)
+         !> Along the axes and about the normal.
+         real(wp), intent(in) :: wrench(3)
+         !> What a torque is divided by [m].
+         real(wp), intent(in) :: arm
+         real(wp) :: turned(3)
+
+         turned = [e(1)*wrench(1) + e(2)*wrench(2), e(1)*wrench(2) - e(2)*wrench(1), wrench(3)/arm]
+      end function turned
+
    end subroutine lose
+
+   !> Take off the linear theory the coupling of creepage and spin that a law has lost.
+   pure subroutine uncouple(c, creepage, wrench)
+      !> Kalker's matrix.
+      real(wp), intent(inout) :: c(3, 3)
+      !> Along the rolling, across, and spin times sqrt(a b).
+      real(wp), intent(in) :: creepage(3)
+      !> What the law bears, over any force, the torque also over sqrt(a b).
+      real(wp), intent(in) :: wrench(3)
+      real(wp), dimension(3) :: direct, coupled
+      real(wp) :: dd, dc, cc, wd, wc, part
+
+      direct = [c(1:2, 1)*creepage(1) + c(1:2, 2)*creepage(2), c(3, 3)*creepage(3)]
+      coupled = [c(1:2, 3)*creepage(3), c(3, 1)*creepage(1) + c(3, 2)*creepage(2)]
+      ! Closest to a direct + b coupled is the wrench where a and b solve a system of two equations.
+      dd = dot_product(direct, direct)
+      dc = dot_product(direct, coupled)
+      cc = dot_product(coupled, coupled)
+      wd = dot_product(wrench, direct)
+      wc = dot_product(wrench, coupled)
+      part = wd*cc - wc*dc
+      if (.not. abs(part) > 0.0_wp) return
+      part = min(max((wc*dd - wd*dc)/part, 0.0_wp), 1.0_wp)
+      c(1:2, 3) = part*c(1:2, 3)
+      c(3, 1:2) = part*c(3, 1:2)
+   end subroutine uncouple
 
    !> Take off a loss what would have the wrench drive: the material that leaves the spot takes
    !> energy out of it, but brings none.

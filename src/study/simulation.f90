@@ -15,7 +15,9 @@ module contensou_study_simulation
    use contensou_base_operating_system, only : cpu_seconds
    use contensou_base_text, only : quote
    use contensou_base_text_lock, only : lock_texts, unlock_texts
+   use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_geometry, only : trouble_conforming, trouble_text
+   use contensou_contact_tangential, only : tangential_model_type, tangential_models
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_equations, only : system_type
@@ -351,12 +353,32 @@ contains
             text = text // new_line("a") // "  a larger integrator.rtol may help"
             if (method /= "explicit8") text = text // &
                ", and so may integrator.method = 'explicit8'"
-         else
+         else if (smoothable(scene)) then
             text = text // new_line("a") // "  a larger integrator.rtol or a larger " // &
                "regularization_velocity may help"
+         else
+            text = text // new_line("a") // "  a larger integrator.rtol may help"
          end if
       end if
    end function failure_text
+
+   !> Whether a contact of a scene may have a regularization_velocity.
+   logical function smoothable(scene)
+      type(scene_type), intent(in) :: scene
+      type(friction_model_type), allocatable :: frictions(:)
+      type(tangential_model_type), allocatable :: tangentials(:)
+      integer :: i
+
+      frictions = friction_models()
+      tangentials = tangential_models()
+      smoothable = .false.
+      do i = 1, size(scene%contacts)
+         associate (contact => scene%contacts(i))
+            if (tangentials(contact%tangential)%acts) cycle
+            if (frictions(contact%friction)%uses("regularization_velocity")) smoothable = .true.
+         end associate
+      end do
+   end function smoothable
 
    !> Say of a spot that is far longer than wide that the surfaces come to conform.
    subroutine add_long_spot(system, y, name, contact, text)

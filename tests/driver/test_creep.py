@@ -9,6 +9,7 @@ import random
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from reference_tables import table
@@ -458,3 +459,35 @@ def test_linear_where_nothing_rolls(run, tmp_path):
     assert done.status == 1
     assert "contact 'foot', surfaces 'floor' and 'skin': where nothing rolls its law" in done.err
     assert "larger" not in done.err
+
+
+BOUNCE = """
+&scene gravity = 0, 0, -9.81, t_end = 0.1 /
+&material name = 'rubber', young = 1e8, poisson = 0.3 /
+&body name = 'ball', density = 1000, position = 0, 0, 0.055, velocity = 2, 0, -2, spin = 0, 50, 0 /
+&surface name = 'skin', body = 'ball', shape = 'sphere', radius = 0.05, material = 'rubber' /
+&surface name = 'floor', body = 'ground', shape = 'plane', material = 'rubber' /
+&contact name = 'foot', surfaces = 'floor', 'skin', damping = 'tsuji', restitution = 0.5,
+   friction = 'contensou_exact', friction_coefficient = 0.3, tangential = 'rolling',
+   creep = 'linear' /
+"""
+
+
+@pytest.mark.parametrize("restitution", [0.31, 0.37, 0.4, 0.45, 0.5, 0.52, 0.55, 0.59, 0.7])
+def test_linear_where_damping_takes_the_load(run, tmp_path, restitution):
+    """Before the ball lifts off nothing presses it; friction then ends at once."""
+    (tmp_path / "bounce.nml").write_text(BOUNCE)
+
+    def bounce(method, rtol):
+        sets = (f"foot.restitution={restitution}", f"integrator.method={method}")
+        words = [word for text in (*sets, f"integrator.rtol={rtol}") for word in ("--set", text)]
+        done = run("run", "bounce.nml", "-q", "--force", "-o", "bounce.h5", *words)
+        assert done.status == 0, done.err
+        with h5py.File(tmp_path / "bounce.h5") as file:
+            assert len(file["events/time"]) == 2
+            rows = file["trajectory"]
+            return [file["events/time"][()], rows["velocity"][-1], rows["angular_velocity"][-1]]
+
+    found = zip(bounce("cvode_bdf", 1e-8), bounce("explicit8", 1e-10), strict=True)
+    for (one, other), off in zip(found, (5e-9, 5e-6, 2e-4), strict=True):
+        assert one == pytest.approx(other, abs=off)

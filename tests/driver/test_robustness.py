@@ -501,10 +501,13 @@ def test_a_full_standard_output(executable, scene, tmp_path):
 # ---- An explicit method and stiffness ----------------------------------------------------------
 
 
+CONTACTS = ("ball_floor", "stem_floor")
+
+
 def stiff_options(delta, **others):
     """A top whose contacts stick more and more stiffly, the smaller the velocity delta."""
     sets = {"integrator.method": "explicit8", "scene.t_end": 8.0, "output.interval": 1e-3} | others
-    for contact in ("ball_floor", "stem_floor"):
+    for contact in CONTACTS:
         sets[f"{contact}.friction"] = "coulomb"
         sets[f"{contact}.regularization_velocity"] = delta
     return [word for key, value in sets.items() for word in ("--set", f"{key}={value}")]
@@ -572,3 +575,37 @@ def test_a_march_gives_up_where_there_is_no_hope(run, scene, tmp_path, build_kin
     # That has been tried.
     assert "'cvode_bdf'" not in message
     check_readable(tmp_path / "top.h5.part", "failed")
+
+
+@pytest.mark.parametrize(
+    ("both", "one", "advice"),
+    [
+        ({}, {}, "a larger integrator.rtol or a larger regularization_velocity may help"),
+        ({"tangential": "rolling"}, {}, "a larger integrator.rtol may help"),
+        (
+            {"tangential": "rolling"},
+            {"tangential": "none"},
+            "a larger integrator.rtol or a larger regularization_velocity may help",
+        ),
+        (
+            {"tangential": "elastic"},
+            {},
+            "a larger integrator.rtol may help, and so may integrator.method = 'explicit8'",
+        ),
+    ],
+)
+def test_advice_is_what_the_contacts_can_have(run, scene, both, one, advice):
+    """A regularization_velocity is refused where friction has no jump."""
+    sets = {"integrator.max_step": 1e-13}
+    sets |= {f"{name}.{key}": value for name in CONTACTS for key, value in both.items()}
+    sets |= {f"{CONTACTS[0]}.{key}": value for key, value in one.items()}
+    words = [word for key, value in sets.items() for word in ("--set", f"{key}={value}")]
+    result = run("run", scene, "-o", "top.h5", "-q", *words)
+    assert result.status == 1
+    message = one_error(result.err)
+    assert "the steps have shrunk to" in message
+    assert f"  {advice}\n" in message + "\n"
+    velocity = [f"{name}.regularization_velocity=1e-3" for name in CONTACTS]
+    words += [word for text in velocity[: 1 if one else 2] for word in ("--set", text)]
+    checked = run("check", scene, *words)
+    assert (checked.status == 0) == ("regularization_velocity" in advice)

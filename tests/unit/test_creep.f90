@@ -1,11 +1,14 @@
 !> Laws of creep: what is prepared for a spot that stays the same gives the wrench of one that is
-!> met once; the table of the theory of strips; and the angles that are taken without a library.
+!> met once; derivatives without load, and those of the linear theory; the table of the theory of
+!> strips; and the angles that are taken without a library.
 module test_creep
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_creep, only : creep_model_type, creep_models, creep_type
    use contensou_contact_creep_law, only : creep_motion_type, creep_spot, creep_spot_type, &
-      settled_spot
+      n_arguments, passing_type, settled_spot
    use contensou_contact_creep_slip_path, only : follow_path
+   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_spot, only : elliptic_shape
    use contensou_special_angle, only : largest_small, quadrant_angle, small_turn
    use test_harness, only : check, check_close, random_type, worst_type
@@ -20,6 +23,8 @@ contains
    subroutine run_creep_tests()
       call test_angles()
       call test_settled_spots()
+      call test_no_load()
+      call test_linear_slopes()
       call test_strips()
       call test_slip_path()
    end subroutine run_creep_tests
@@ -126,6 +131,108 @@ contains
             trim(models(i)%info%name))
       end do
    end subroutine test_settled_spots
+
+   !> Where damping takes the load off a spot there is no wrench, and the first load meets full
+   !> sliding. The linear theory, which does not depend on load, has no derivative by it.
+   subroutine test_no_load()
+      type(creep_model_type), allocatable :: models(:)
+      class(creep_type), allocatable :: law
+      type(creep_spot_type) :: spot
+      type(passing_type) :: at, slides
+      type(random_type) :: random
+      type(worst_type) :: worst
+      real(wp) :: force(3), slopes(3, n_arguments), by_load(3), v(5)
+      integer :: i, j
+      logical :: finite
+
+      models = creep_models()
+      do i = 1, size(models)
+         worst = worst_type()
+         finite = .true.
+         call models(i)%make(law)
+         do j = 1, 100
+            spot = creep_spot(elliptic_shape(random%uniform(0.1_wp, 1.0_wp)), 0.3_wp, 8.0e10_wp, &
+               0.3_wp)
+            v = random%vector(5)
+            at = passing_type(sliding_type(1.0_wp, 1.0e-3_wp, v(1), v(2), 1.0e3_wp*v(3)), v(4), &
+               v(5))
+            ! Without a spot, too.
+            if (mod(j, 10) == 0) at%a = 0.0_wp
+            by_load = 0.0_wp
+            slides = at
+            slides%cx = 0.0_wp
+            slides%cy = 0.0_wp
+            if (models(i)%info%name /= "linear") call law%wrench(spot, slides, by_load)
+            at%load = 0.0_wp
+            call law%linearize(spot, at, force, slopes)
+            finite = finite .and. all(ieee_is_finite(force)) .and. all(ieee_is_finite(slopes))
+            if (.not. finite) exit
+            call worst%note(maxval(abs(force)), j)
+            call worst%note(maxval(abs(slopes(:, 1) - by_load)*[1.0_wp, 1.0_wp, 1.0e3_wp]), j)
+            call worst%note(maxval(abs(slopes(:, 2:))), j)
+         end do
+         call check(finite, "creep: derivatives without load are finite, by " // &
+            trim(models(i)%info%name))
+         call worst%check_below(1.0e-12_wp, "creep: derivatives without load, by " // &
+            trim(models(i)%info%name))
+      end do
+   end subroutine test_no_load
+
+   !> Derivatives of the linear theory against differences of its wrench, with creepages from far
+   !> below to far above the scale of creepage, as where a load vanishes.
+   subroutine test_linear_slopes()
+      type(creep_model_type), allocatable :: models(:)
+      class(creep_type), allocatable :: law
+      type(creep_spot_type) :: spot
+      type(passing_type) :: at
+      type(random_type) :: random
+      type(worst_type) :: worst
+      real(wp), parameter :: step = 1.0e-5_wp, one(3) = 1.0_wp
+      real(wp) :: force(3), slopes(3, n_arguments), x(n_arguments), shifted(n_arguments)
+      real(wp) :: varied(3, 2), units(3), sizes(n_arguments)
+      integer :: i, j, k
+
+      models = creep_models()
+      do i = 1, size(models)
+         if (models(i)%info%name == "linear") call models(i)%make(law)
+      end do
+      do j = 1, 300
+         spot = settled_spot(creep_spot(elliptic_shape(random%uniform(0.1_wp, 1.0_wp)), 0.3_wp, &
+            8.0e10_wp, random%uniform(0.0_wp, 0.5_wp)))
+         x(1) = 1.0e3_wp*10.0_wp**random%uniform(-15.0_wp, 3.0_wp)
+         x(2) = 1.0e-3_wp
+         do k = 3, n_arguments
+            x(k) = random%uniform(-1.0_wp, 1.0_wp)
+         end do
+         x(5) = x(5)/x(2)
+         at = passing_at(x)
+         call law%linearize(spot, at, force, slopes)
+         units = [1.0_wp, 1.0_wp, x(2)]*maxval(abs(force*[1.0_wp, 1.0_wp, 1.0_wp/x(2)]))
+         sizes = [x(1), x(2), one(1:2)*norm2(x(3:4)), 1.0_wp/x(2), one(1:2)*norm2(x(6:7))]
+         do i = 1, n_arguments
+            do k = 1, 2
+               shifted = x
+               shifted(i) = x(i) + merge(step, -step, k == 1)*sizes(i)
+               call law%wrench(spot, passing_at(shifted), varied(:, k))
+            end do
+            varied(:, 1) = (varied(:, 1) - varied(:, 2))/(2.0_wp*step)
+            call worst%note(maxval(abs(slopes(:, i)*sizes(i) - varied(:, 1))/units), j)
+         end do
+      end do
+      call worst%check_below(1.0e-7_wp, "creep: derivatives of the linear theory")
+
+   contains
+
+      !> What N, a, vx, vy, w, cx, cy stand for.
+      pure function passing_at(values) result(there)
+         real(wp), intent(in) :: values(n_arguments)
+         type(passing_type) :: there
+
+         there = passing_type(sliding_type(values(1), values(2), values(3), values(4), values(5)), &
+            values(6), values(7))
+      end function passing_at
+
+   end subroutine test_linear_slopes
 
    !> The reduction by strips without spin against its formula, from its table and beyond; and the
    !> slope of it, which the lateral force of a little spin is multiplied by.

@@ -15,7 +15,7 @@ module contensou_contact_creep_closed
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
-      creep_type, linear_theory
+      creep_type, linear_theory, n_velocities
    use contensou_contact_creep_strip_values, only : parts, reductions, split
    use contensou_contact_kalker, only : kalker_six
    use contensou_contact_parameters, only : parameters_type
@@ -31,6 +31,9 @@ module contensou_contact_creep_closed
    !> number of it. A conversion takes longer.
    real(wp), parameter :: to_parts = 1.5_wp*2.0_wp**(digits(1.0_wp) - 1)/real(parts, wp)
 
+   !> Angle by which the direction of rolling is varied.
+   real(wp), parameter :: turn = 6.0e-6_wp
+
    !> A law of this kind.
    type, extends(creep_type) :: closed_type
       !> One of the reductions. No pointer to a procedure: what is called cannot be inlined.
@@ -40,6 +43,12 @@ module contensou_contact_creep_closed
    contains
       procedure :: kernel
    end type closed_type
+
+   !> The linear theory.
+   type, extends(closed_type) :: linear_type
+   contains
+      procedure :: kernel_slopes => linear_slopes
+   end type linear_type
 
 contains
 
@@ -76,8 +85,11 @@ contains
    subroutine new_linear(parameters, creep)
       type(parameters_type), intent(in) :: parameters
       class(creep_type), allocatable, intent(out) :: creep
+      type(linear_type), allocatable :: made
 
-      call new_closed(nothing, creep)
+      allocate(made)
+      made%limited = .false.
+      call move_alloc(made, creep)
    end subroutine new_linear
 
    !> Make the theory of strips.
@@ -182,6 +194,51 @@ contains
       wrench(2) = fy*ex + fx*ey
       wrench(3) = root_k*(ratio*torque + slope*twist)
    end subroutine kernel
+
+   !> The linear wrench and its derivatives.
+   !>
+   !> The wrench is linear in the sliding and falls as 1/r with the rolling, whatever the creepage.
+   !> Differences by r, as wide as the sliding where creepages are large, would pass beyond r = 0;
+   !> only the direction of rolling is varied.
+   pure subroutine linear_slopes(self, spot, motion, wrench, jacobian)
+      class(linear_type), intent(in) :: self
+      type(creep_spot_type), intent(in) :: spot
+      type(creep_motion_type), intent(in) :: motion
+      !> Force along the major and the minor axis, torque about the normal.
+      real(wp), intent(out) :: wrench(3)
+      !> Derivative of component i by x, y, spin, rx, ry.
+      real(wp), intent(out) :: jacobian(3, n_velocities)
+      type(creep_motion_type) :: there
+      real(wp) :: e(2), varied(3, 2), aside(3), inverse, angle
+      integer :: k
+
+      call self%kernel(spot, motion, wrench)
+      inverse = hypot(motion%rx, motion%ry)
+      if (.not. inverse > 0.0_wp) then
+         ! No value, nor derivatives.
+         jacobian = spread(wrench, 2, n_velocities)
+         return
+      end if
+      inverse = 1.0_wp/inverse
+      do k = 1, 3
+         there = creep_motion_type(0.0_wp, 0.0_wp, 0.0_wp, motion%rx, motion%ry)
+         if (k == 1) there%x = 1.0_wp
+         if (k == 2) there%y = 1.0_wp
+         if (k == 3) there%spin = 1.0_wp
+         call self%kernel(spot, there, jacobian(:, k))
+      end do
+      do k = 1, 2
+         angle = merge(turn, -turn, k == 1)
+         there = motion
+         there%rx = motion%rx - angle*motion%ry
+         there%ry = motion%ry + angle*motion%rx
+         call self%kernel(spot, there, varied(:, k))
+      end do
+      aside = (varied(:, 1) - varied(:, 2))/(2.0_wp*turn)
+      e = inverse*[motion%rx, motion%ry]
+      jacobian(:, 4) = inverse*(-wrench*e(1) - aside*e(2))
+      jacobian(:, 5) = inverse*(-wrench*e(2) + aside*e(1))
+   end subroutine linear_slopes
 
    !> Wrench without rolling: all slips; against the linear force, whose direction has no limit, so
    !> against the velocities. The linear one has no value.

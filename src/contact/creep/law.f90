@@ -88,6 +88,8 @@ module contensou_contact_creep_law
       logical :: sticks = .true.
       !> Whether the coupling of creepage and spin is reduced more than the rest of the linear wrench.
       logical :: uncouples = .false.
+      !> Whether nothing exceeds full sliding; else the wrench does not depend on the load.
+      logical :: limited = .true.
    contains
       !> Wrench in units of f N and f N a.
       procedure(kernel_of), deferred :: kernel
@@ -218,7 +220,9 @@ contains
       if (.not. acts) then
          slopes = slopes + spread(force, 2, n_arguments)
          if (.not. (abs(force(1)) <= 0.0_wp .and. abs(at%load) <= 0.0_wp)) return
-         ! The first load meets full sliding: e0 is zero.
+         ! The first load meets full sliding: e0 is zero. What has no limit is not full sliding even
+         ! there: it takes its force at once, with any load, and then no more.
+         if (.not. self%limited) return
          loaded = at
          loaded%load = 1.0_wp
          loaded%cx = 0.0_wp

@@ -329,6 +329,24 @@ def test_brush_against_boundary_elements(evaluate):
     assert max(errors) <= 0.09
 
 
+@pytest.mark.parametrize(("ratio", "bounds"), [(30, (0.03, 0.06)), (50, (0.04, 0.06))])
+@pytest.mark.parametrize("rolling", [(-1, 0), (0, -1)])
+def test_needles_beyond_the_coefficients(evaluate, ratio, bounds, rolling):
+    """Spin, creepage, and both, along and across, against boundary elements with 20 elements."""
+    a, b = 1e-3 * ratio**0.5, 1e-3 * ratio**-0.5
+    scale = 1.5 * 0.3 * 1000 / (math.pi * a * b * 8e10)
+    rows = [
+        (1000, a, b, 0.3, 8e10, 0.3, scale * x, scale * y, scale * spin / 1e-3, *rolling)
+        for x, y, spin in [(0, 0, 0.3), (0.2, 0, 0), (0, 0.2, 0), (0.3, 0.4, 0.2)]
+    ]
+    (sliding,) = evaluate("creep", INPUTS, [(*rows[0][:6], 0, 0, 1, 0, 0)], "--model", "sliding")
+    exact = evaluate("creep", INPUTS, rows, "--model", "boundary_elements", "--elements", "20")
+    for one, other in zip(evaluate("creep", INPUTS, rows), exact, strict=True):
+        off = math.hypot(one["Fx"] - other["Fx"], one["Fy"] - other["Fy"]) / 300
+        assert off <= bounds[0]
+        assert abs(one["Tz"] - other["Tz"]) <= bounds[1] * abs(sliding["Tz"])
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_force_is_within_its_limit(evaluate, law):
     rows = states(6, 1000)

@@ -46,6 +46,27 @@ def history(evaluate):
     return history_of
 
 
+@pytest.mark.parametrize("nu", [0, 0.3, 0.5])
+@pytest.mark.parametrize("words", [(), ("--model", "spring"), ("--layers", "1")])
+def test_axes_that_change_places_give_no_energy(evaluate, nu, words):
+    """The major axis of a strained spot is the other one at once."""
+    spots = [(1.0, 1e-3, 5e-4, 5.0, 8e10, nu), (1.0, 5e-4, 1e-3, 5.0, 8e10, nu)]
+    out = [(*spots[0], 1e-11 * i, 3e-12 * i, 0) for i in range(1, 51)]
+    back = [(*spots[1], 1e-11 * i, 3e-12 * i, 0) for i in range(50, -1, -1)]
+    found = evaluate("tangential", HISTORY, [*out, *back], *words)
+    before, after = found[49], found[50]
+    has = [row["stored_energy"] + row["slip_work"] for row in (before, after)]
+    assert before["stored_energy"] > 0.9 * has[0]
+    assert has[1] <= has[0] * (1 + 1e-12)
+    # What the contact gives on the way back, by the trapezoidal rule: exact where all sticks.
+    given = sum(
+        0.5 * (one[name] + next_one[name]) * (there[at] - here[at])
+        for one, next_one, here, there in zip(found[50:], found[51:], back, back[1:], strict=False)
+        for name, at in (("Fx", 6), ("Fy", 7))
+    )
+    assert 0 < given <= before["stored_energy"] * (1 + 1e-9)
+
+
 def test_stiffness_of_a_spectral_solver(evaluate):
     rows = table("stiffness.csv")
     inputs = [(row["a_over_b"] ** 0.5, row["a_over_b"] ** -0.5, 1, row["nu"]) for row in rows]

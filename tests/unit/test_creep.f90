@@ -9,6 +9,7 @@ module test_creep
       n_arguments, passing_type, settled_spot
    use contensou_contact_creep_slip_path, only : follow_path
    use contensou_contact_friction_law, only : sliding_type
+   use contensou_contact_kalker, only : kalker_matrix, least_ratio
    use contensou_contact_spot, only : elliptic_shape
    use contensou_special_angle, only : largest_small, quadrant_angle, small_turn
    use test_harness, only : check, check_close, random_type, worst_type
@@ -23,6 +24,7 @@ contains
    subroutine run_creep_tests()
       call test_angles()
       call test_settled_spots()
+      call test_needles()
       call test_no_load()
       call test_linear_slopes()
       call test_strips()
@@ -97,6 +99,40 @@ contains
       call check_close(quadrant_angle(0.0_wp, 1.0_wp, 1.0_wp), 0.5_wp*pi, 0.0_wp, &
          "the angle of the y axis")
    end subroutine test_angles
+
+   !> Kalker's coefficients beyond the table of ratios: they go on from its end, their slopes are
+   !> those of differences, and what dissipates stays positive.
+   subroutine test_needles()
+      real(wp), parameter :: change = 1.0e-6_wp
+      type(random_type) :: random
+      type(worst_type) :: jump, rate
+      real(wp), dimension(3, 3) :: here, there, slope, other, ahead, behind
+      real(wp) :: poisson, angle, k
+      integer :: i
+
+      do i = 1, 200
+         poisson = random%uniform(0.0_wp, 0.5_wp)
+         ! Near the axis, and anywhere.
+         angle = 0.5_wp*pi*10.0_wp**random%uniform(-3.0_wp, 0.0_wp)
+         call kalker_matrix(least_ratio, poisson, [cos(angle), sin(angle)], here, slope)
+         call kalker_matrix(least_ratio*(1.0_wp - change), poisson, [cos(angle), sin(angle)], &
+            there, other)
+         call jump%note(maxval(abs(there - here))/maxval(abs(here)), i)
+         call jump%note(maxval(abs(other - slope))/maxval(abs(slope)), i)
+         k = least_ratio*10.0_wp**random%uniform(-3.0_wp, 0.0_wp)
+         call kalker_matrix(k, poisson, [cos(angle), sin(angle)], here, slope)
+         associate (turn => change*min(angle, 0.5_wp*pi - angle))
+            call kalker_matrix(k, poisson, [cos(angle + turn), sin(angle + turn)], ahead, other)
+            call kalker_matrix(k, poisson, [cos(angle - turn), sin(angle - turn)], behind, other)
+            call rate%note(maxval(abs((ahead - behind)/(2.0_wp*turn) - slope)) &
+               /maxval(abs(slope)), i)
+         end associate
+         call check(all([here(1, 1), here(2, 2), here(3, 3), here(1, 1)*here(2, 2) &
+            - here(1, 2)**2] > 0.0_wp), "Kalker's coefficients of a needle dissipate")
+      end do
+      call jump%check_below(1.0e-5_wp, "Kalker's coefficients go on beyond the table")
+      call rate%check_below(1.0e-6_wp, "slopes of Kalker's coefficients of a needle")
+   end subroutine test_needles
 
    !> Wrenches of random spots, beyond the table of ratios too, rolling along axes and between them.
    subroutine test_settled_spots()

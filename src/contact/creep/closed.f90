@@ -117,7 +117,7 @@ contains
 
       allocate(made)
       made%reduction = reduction
-      made%uncouples = reduction /= nothing
+      made%uncouples = .true.
       if (reduction == strips) made%factor = (4.0_wp/(3.0_wp*pi))*made%factor
       call move_alloc(made, creep)
    end subroutine new_closed

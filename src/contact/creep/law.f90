@@ -86,7 +86,7 @@ module contensou_contact_creep_law
    type, abstract :: creep_type
       !> Whether what rolls sticks where it enters the spot.
       logical :: sticks = .true.
-      !> Whether the coupling of creepage and spin is reduced more than the rest of the linear wrench.
+      !> Whether it loses the coupling of creepage and spin before the rest of the linear wrench.
       logical :: uncouples = .false.
       !> Whether nothing exceeds full sliding; else the wrench does not depend on the load.
       logical :: limited = .true.

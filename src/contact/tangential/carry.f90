@@ -25,6 +25,8 @@
 !> Where all slips, as W is that of full sliding along v - V xi (to 0.01 of the limit, and a smooth
 !> part up to 0.08), W_law(v) takes the place of W_law(xi), or what of it has the share r. Else xi
 !> would grow only until it bears the limit, and W have the direction of what is left of v.
+!> The closed forms lose the coupling of creepage and spin (C13, C23) before the rest: from L in d
+!> it is taken off by as much, as it would have W ring about what such a law says.
 !> All this is fitted to the onset of rolling under a constant force, and of spin, by boundary
 !> elements in time: docs/rolling.md.
 !> Where surfaces touch V/l has no bound, and d counts the less the smaller the spot is.

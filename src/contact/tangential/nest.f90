@@ -102,7 +102,7 @@ contains
    end subroutine clear
 
    !> Name the axes anew where the major and the minor axis change their places: what is remembered
-   !> is turned by a right angle, forth or back.
+   !> is turned by a right angle, forth or back, with the stiffness against which it is strained.
    pure subroutine turn(self, forth)
       class(nest_type), intent(inout) :: self
       !> Whether the new x axis is the old y axis, else the new y axis is the old x axis.
@@ -115,7 +115,9 @@ contains
          x = self%shift(j, 1)
          self%shift(j, 1) = sense*self%shift(j, 2)
          self%shift(j, 2) = -sense*x
+         self%share(j, 1:2) = self%share(j, [2, 1])
       end do
+      self%stiffness(1:2) = self%stiffness([2, 1])
       self%direction = 0.0_wp
       self%went = 0.0_wp
    end subroutine turn

@@ -31,6 +31,9 @@ module contensou_contact_kalker
 
    real(wp), parameter :: least_root = sqrt(least_ratio)
 
+   !> Ratio from which on a spot is no more slender: its powers would not be numbers.
+   real(wp), parameter :: least_of_all = 1.0e-100_wp
+
    integer :: index
 
    !> Chebyshev points of Poisson's ratio.
@@ -182,9 +185,9 @@ contains
    !> 20). The logarithm of what they grow by is a parabola through the three in the excess of
    !> ln(l/w), the ratio of half-length to half-width, over that at the end at the same t, which is
    !> -1, 0 and 1 there in units of the ratio's. Against boundary elements: docs/rolling.md.
-   pure subroutine stretch(k, poisson, e, c, c_rate)
+   pure subroutine stretch(slender, poisson, e, c, c_rate)
       !> Ratio of the minor to the major axis, below that of the end.
-      real(wp), intent(in) :: k
+      real(wp), intent(in) :: slender
       real(wp), intent(in) :: poisson
       !> Rolling direction along the major and the minor axis, >= 0, of length one.
       real(wp), intent(in) :: e(2)
@@ -193,8 +196,9 @@ contains
       !> Powers of a/b with which they grow in between.
       real(wp), parameter :: between(6) = [0.5_wp, 0.5_wp, 0.5_wp, 0.6_wp, 0.9_wp, 1.5_wp]
       real(wp), dimension(6) :: along, across, middle, bend, tilt, factor
-      real(wp) :: ratio, more, rate, x2, y2, square, above, below
+      real(wp) :: k, ratio, more, rate, x2, y2, square, above, below
 
+      k = max(slender, least_of_all)
       ratio = log(least_ratio/k)
       along = asymptotic_along(k, poisson)/asymptotic_along(least_ratio, poisson)
       along = log(along)

@@ -127,6 +127,10 @@ contains
             call rate%note(maxval(abs((ahead - behind)/(2.0_wp*turn) - slope)) &
                /maxval(abs(slope)), i)
          end associate
+         call kalker_matrix(10.0_wp**random%uniform(-300.0_wp, -1.0_wp), poisson, &
+            [cos(angle), sin(angle)], there, other)
+         call check(all(ieee_is_finite(there)) .and. all(ieee_is_finite(other)), &
+            "Kalker's coefficients of any needle are numbers")
          call check(all([here(1, 1), here(2, 2), here(3, 3), here(1, 1)*here(2, 2) &
             - here(1, 2)**2] > 0.0_wp), "Kalker's coefficients of a needle dissipate")
       end do

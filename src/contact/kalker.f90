@@ -99,7 +99,8 @@ contains
       real(wp), intent(out) :: slope(3, 3)
       !> What `kalker_by_direction` has for these ratios.
       real(wp), intent(in), optional :: by_direction(6, 0:3, 0:n_directions - 1)
-      real(wp) :: columns(6, 4), weights(4), rate(4), c(6), c_rate(6)
+      real(wp) :: columns(6, 4), weights(4), rate(4)
+      real(wp), dimension(6) :: c, c_rate, growth, growth_rate
       real(wp) :: place, x, along, across, root, mirror
       integer :: j, sector
 
@@ -127,7 +128,11 @@ contains
          c = c + weights(j)*columns(:, j)
          c_rate = c_rate + rate(j)*columns(:, j)
       end do
-      if (k < least_ratio) call stretch(k, poisson, abs(e), c, c_rate)
+      if (k < least_ratio) then
+         call stretch(k, poisson, abs(e), growth, growth_rate)
+         c_rate = growth*(c_rate + growth_rate*c)
+         c = growth*c
+      end if
       ! In the mirror the coefficients are even or odd functions of the angle.
       c([2, 4]) = mirror*c([2, 4])
       c_rate([1, 3, 5, 6]) = mirror*c_rate([1, 3, 5, 6])
@@ -152,7 +157,8 @@ contains
       !> normal. Between the other axes C12 and C13 have the other sign.
       real(wp), intent(in) :: ex, ey
       real(wp), intent(out) :: c11, c12, c22, c13, c23, c33
-      real(wp) :: place, rounded, x, x2, c(6), c_rate(6)
+      real(wp) :: place, rounded, x, x2
+      real(wp), dimension(6) :: c, growth, growth_rate
       integer(i8) :: j
 
       place = cells*(ey/(root_k*ex + ey))
@@ -163,8 +169,8 @@ contains
       c = (by_direction(:, 0, j) + x*by_direction(:, 1, j)) &
          + x2*(by_direction(:, 2, j) + x*by_direction(:, 3, j))
       if (root_k < least_root) then
-         c_rate = 0.0_wp
-         call stretch(root_k**2, poisson, [ex, ey]/sqrt(ex**2 + ey**2), c, c_rate)
+         call stretch(root_k**2, poisson, [ex, ey]/sqrt(ex**2 + ey**2), growth, growth_rate)
+         c = growth*c
       end if
       ! Not returned as an array, which the caller would share with others: these are computed in
       ! pairs, and taken from the registers.
@@ -176,7 +182,7 @@ contains
       c33 = c(6)
    end subroutine kalker_six
 
-   !> Coefficients of a spot more slender than the table has, from those of its end.
+   !> What the coefficients of a spot more slender than the table has are over those of its end.
    !>
    !> Along and across they grow as the asymptotic ones do (J. Kalker, Three-dimensional elastic
    !> bodies in rolling contact, 1990, table E3). In between, at t = sqrt(a/b) |tan chi| = 1, strips
@@ -185,17 +191,17 @@ contains
    !> 20). The logarithm of what they grow by is a parabola through the three in the excess of
    !> ln(l/w), the ratio of half-length to half-width, over that at the end at the same t, which is
    !> -1, 0 and 1 there in units of the ratio's. Against boundary elements: docs/rolling.md.
-   pure subroutine stretch(slender, poisson, e, c, c_rate)
+   pure subroutine stretch(slender, poisson, e, growth, growth_rate)
       !> Ratio of the minor to the major axis, below that of the end.
       real(wp), intent(in) :: slender
       real(wp), intent(in) :: poisson
       !> Rolling direction along the major and the minor axis, >= 0, of length one.
       real(wp), intent(in) :: e(2)
-      !> C11, C12, C22, C13, C23, C33, and their derivatives by the angle.
-      real(wp), intent(inout) :: c(6), c_rate(6)
+      !> Of C11, C12, C22, C13, C23, C33, and the derivatives of its logarithm by the angle.
+      real(wp), intent(out) :: growth(6), growth_rate(6)
       !> Powers of a/b with which they grow in between.
       real(wp), parameter :: between(6) = [0.5_wp, 0.5_wp, 0.5_wp, 0.6_wp, 0.9_wp, 1.5_wp]
-      real(wp), dimension(6) :: along, across, middle, bend, tilt, factor
+      real(wp), dimension(6) :: along, across, middle, bend, tilt
       real(wp) :: k, ratio, more, rate, x2, y2, square, above, below
 
       k = max(slender, least_of_all)
@@ -215,9 +221,8 @@ contains
          + (1.0_wp - least_ratio*k)/below)/ratio
       tilt = 0.5_wp*(along - across)
       bend = 0.5_wp*(along + across) - middle
-      factor = exp(middle + more*(tilt + more*bend))
-      c_rate = factor*(c_rate + c*(tilt + 2.0_wp*more*bend)*rate)
-      c = factor*c
+      growth = exp(middle + more*(tilt + more*bend))
+      growth_rate = (tilt + 2.0_wp*more*bend)*rate
    end subroutine stretch
 
    !> Coefficients of a slender spot that rolls along its major axis, asymptotically; those that

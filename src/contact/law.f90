@@ -52,6 +52,7 @@ module contensou_contact_law
       procedure :: vary_roll
       procedure :: bend
       procedure, private :: press
+      procedure :: push
       procedure, private :: passing
       procedure, private :: vary_press
       procedure :: sliding
@@ -201,6 +202,18 @@ contains
       end if
       if (allocated(self%rolling)) call add_rolling(self, now, load)
    end subroutine evolve
+
+   !> Normal force as it would be if the contact could pull, without the states of its damping [N].
+   pure real(wp) function push(self, approach, rate)
+      class(contact_law_type), intent(in) :: self
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      !> Its rate [m/s].
+      real(wp), intent(in) :: rate
+
+      push = self%normal%force(approach)
+      if (allocated(self%damping)) push = push + self%damping%force(push, approach, rate)
+   end function push
 
    !> Normal force of a closed contact at given states, and the rates of these.
    pure subroutine press(self, now, states, load, rates)

@@ -48,6 +48,10 @@ module contensou_integrate_cvode
    !> makes them: AMD; the default, COLAMD, fills the matrix of a ring with ten balls.
    integer(c_int), parameter :: minimum_degree = 0_c_int
 
+   !> What is admitted of how bodies in flight tumble, over what is else, where contacts remember:
+   !> keeps the energy of random ellipsoids to 1e-8 at rtol 1e-8.
+   real(wp), parameter :: part_in_flight = 1.0e-3_wp
+
    !> What the callbacks get to see.
    type :: handle_type
       class(problem_type), pointer :: problem => null()
@@ -973,6 +977,7 @@ contains
       y => FN_VGetArrayPointer(vector_y)
       weight => FN_VGetArrayPointer(vector_weight)
       call handle%problem%admissible_error(y(:handle%n), weight(:handle%n))
+      call handle%problem%flight_errors(part_in_flight, weight(:handle%n))
       if (handle%n_all > handle%n) call handle%problem%way_errors(weight(:handle%n), &
          weight(handle%n + 1:))
       weight = 1.0_wp/weight

@@ -45,6 +45,9 @@ module contensou_integrate_explicit8
    !> touch, where the force grows with the power 3/2 of the overlap, and the estimate is too small.
    real(wp), parameter :: first_error = 0.01_wp
 
+   !> What is admitted of how bodies in flight tumble, over what is else, where contacts remember.
+   real(wp), parameter :: part_in_flight = 0.1_wp
+
    !> Largest decrease of a step.
    real(wp), parameter :: largest_decrease = 0.05_wp
 
@@ -370,6 +373,7 @@ contains
       self%side_old = self%side
       self%dense_set = .false.
       call self%problem%admissible_error(self%y, self%weight)
+      call self%problem%flight_errors(part_in_flight, self%weight, self%side > 0)
       self%weight = 1.0_wp/self%weight
       if (size_of(self%y, self%weight)*epsilon(self%t) > 1.0_wp) then
          call fatal(error, "the tolerance is below what double precision can resolve", &

@@ -34,6 +34,14 @@ module contensou_integrate_history
    !> In an impact, and at most where a gap changes more slowly.
    real(wp), parameter :: near_touch = 0.08_wp, near_slow_touch = 0.1_wp
 
+   !> The same of the time until damping takes the force to zero at an overlap, which is a kink, or
+   !> since then, over that of an overlap: as much where the force ends with the overlap.
+   real(wp), parameter :: near_kink = 1.5_wp
+
+   !> Part of all these where damping has taken the whole force: nothing but the work of the overlap
+   !> that is left is there for an error test.
+   real(wp), parameter :: pulled = 0.6_wp
+
    !> Step over the time in which the acceleration of a gap makes up for the overlap, and over the
    !> sixth root of the relative tolerance: where an impact is smooth and its steps are the longest,
    !> those that grow err by more than an error test of order 5 sees.
@@ -187,41 +195,62 @@ contains
       !> The march, its poses those of the state that is reached.
       type(march_type), intent(inout) :: self
       type(contact_motion_type) :: now
-      real(wp) :: overlap, least, way, bend, slowness
-      real(wp) :: rate(self%motion%n_ways)
+      real(wp) :: overlap, least, bend, slowness, near, time_step
+      real(wp), dimension(self%motion%n_ways) :: rate, push
       logical :: known
       integer :: i
 
-      known = allocated(self%way_rate) .and. self%memory%t > self%t_before
+      time_step = self%memory%t - self%t_before
+      known = allocated(self%way_rate) .and. time_step > 0.0_wp
       least = of_no_force*self%motion%scales%usual_overlap()
       associate (motion => self%motion, reach => self%integrator%reach)
          reach = huge(reach)
          self%integrator%impact = .false.
          motion%way_speed = 0.0_wp
+         push = 0.0_wp
          do i = 1, motion%n_ways
             call motion%system%observe(motion%way(i), now)
             overlap = -now%at%gap
             rate(i) = now%gap_rate()
             if (overlap < 0.0_wp) then
                bend = 0.0_wp
-               if (known) bend = (self%way_rate(i) - rate(i))/(self%memory%t - self%t_before)
+               if (known) bend = (self%way_rate(i) - rate(i))/time_step
                reach = min(reach, time_to_fall(max(-overlap, near_touch*least), rate(i), bend))
                cycle
             end if
             if (rate(i) > 0.0_wp .and. overlap < least) cycle
             overlap = max(overlap, least)
             bend = 0.0_wp
-            if (known) bend = abs(rate(i) - self%way_rate(i))/(self%memory%t - self%t_before)
+            if (known) bend = abs(rate(i) - self%way_rate(i))/time_step
             motion%way_speed(i) = sqrt(bend*overlap)
             slowness = motion%slowness(i)
             if (slowness <= slow_impact) self%integrator%impact = .true.
-            way = min(near_slow_touch, near_touch*slowness)*overlap
-            if (way < abs(rate(i))*no_time) reach = min(reach, way/abs(rate(i)))
+            near = min(near_slow_touch, near_touch*slowness)
+            push(i) = motion%system%contacts(motion%way(i))%law%push(overlap, -rate(i))
+            if (push(i) < 0.0_wp) near = pulled*near
+            if (near*overlap < abs(rate(i))*no_time) reach = min(reach, near*overlap/abs(rate(i)))
             if (overlap < bend*no_time) reach = min(reach, of_turning*slowness &
                *motion%scales%rtol**root*sqrt(overlap/bend))
+            if (known) reach = min(reach, near*max(near_kink*time_of_kink(push(i), &
+               self%way_push(i), time_step), least/max(abs(rate(i)), least/no_time)))
          end do
       end associate
       self%way_rate = rate
+      self%way_push = push
    end subroutine heed_touches
+
+   !> Time until a force that would pull beyond zero is zero, or since then, if it goes on as it has
+   !> [s].
+   pure real(wp) function time_of_kink(push, before, time_step) result(time)
+      !> The force as it would be, at the end of a step and at its beginning [N].
+      real(wp), intent(in) :: push, before
+      !> [s], > 0.
+      real(wp), intent(in) :: time_step
+      real(wp) :: fall
+
+      time = no_time
+      fall = before - push
+      if (fall > 0.0_wp .and. abs(push) < fall*(no_time/time_step)) time = abs(push)/fall*time_step
+   end function time_of_kink
 
 end module contensou_integrate_history

@@ -74,6 +74,9 @@ module contensou_integrate_motion
    !> that have kinks where shells begin to slip.
    real(wp), parameter :: fine_shift = 0.2_wp, fine_work = 0.3_wp
 
+   !> Finest relative error that is admitted of how a body in flight tumbles.
+   real(wp), parameter :: finest_flight = 1.0e-13_wp
+
    !> Place of the two shifts among the unknowns of a contact that remembers, after its axis.
    integer, parameter :: at_shifts = 3
 
@@ -109,6 +112,7 @@ module contensou_integrate_motion
       procedure :: admissible_error
       procedure :: way_rates
       procedure :: way_errors
+      procedure :: flight_errors
       procedure :: way_columns
       procedure :: way_slopes
       procedure :: slowness
@@ -403,6 +407,44 @@ contains
          of_unknowns(i:) = work*of_unknowns(i:)
       end associate
    end subroutine way_errors
+
+   !> Finer admissible local errors of the angular velocities of bodies in flight between impacts of
+   !> contacts that remember: so short a flight is begun at low order, with few and long steps.
+   pure subroutine flight_errors(self, part, of_unknowns, open)
+      class(motion_type), intent(in) :: self
+      !> What is admitted, over what is else.
+      real(wp), intent(in) :: part
+      !> As `admissible_error` tells them.
+      real(wp), intent(inout) :: of_unknowns(:)
+      !> For each contact, whether its gap is above zero, where that is known.
+      logical, intent(in), optional :: open(:)
+      logical :: flies(0:self%system%layout%bodies), touches
+      real(wp) :: factor
+      integer :: i, k
+
+      if (.not. self%remembers) return
+      flies = .false.
+      do i = 1, size(self%system%contacts)
+         associate (contact => self%system%contacts(i))
+            if (allocated(contact%tangential)) flies([contact%a, contact%b]) = .true.
+         end associate
+      end do
+      do i = 1, size(self%system%contacts)
+         associate (contact => self%system%contacts(i))
+            ! Of compliant contacts without memory it is not known whether they are open.
+            touches = contact%closed .or. .not. (contact%rigid .or. allocated(contact%tangential))
+            if (allocated(contact%tangential)) touches = touches .or. contact%tangential%is_loaded()
+            if (present(open)) touches = touches .or. .not. open(i)
+            if (touches) flies([contact%a, contact%b]) = .false.
+         end associate
+      end do
+      factor = min(1.0_wp, max(part, finest_flight/self%scales%rtol))
+      do i = 1, self%system%layout%bodies
+         if (.not. flies(i)) cycle
+         k = body_size*(i - 1) + at_spin
+         of_unknowns(k:k + 2) = factor*of_unknowns(k:k + 2)
+      end do
+   end subroutine flight_errors
 
    !> How much more is admitted of a contact whose gap changes more slowly than in an impact, >= 1.
    pure real(wp) function slowness(self, i)

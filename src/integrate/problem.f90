@@ -52,6 +52,7 @@ module contensou_integrate_problem
       procedure :: jacobian
       procedure :: way_rates
       procedure :: way_errors
+      procedure :: flight_errors
       procedure :: way_columns
       procedure :: way_slopes
       !> Right-hand side.
@@ -145,6 +146,18 @@ contains
 
       size_of_error = huge(size_of_error)
    end subroutine way_errors
+
+   !> Finer admissible local errors of how bodies in flight tumble; as they are unless a problem
+   !> says otherwise.
+   pure subroutine flight_errors(self, part, of_unknowns, open)
+      class(problem_type), intent(in) :: self
+      !> What is admitted, over what is else.
+      real(wp), intent(in) :: part
+      !> As `admissible_error` tells them.
+      real(wp), intent(inout) :: of_unknowns(:)
+      !> For each event function, whether it is above zero, where that is known.
+      logical, intent(in), optional :: open(:)
+   end subroutine flight_errors
 
    !> Unknowns on which the rate of a way depends.
    subroutine way_columns(self, way, columns)

@@ -70,9 +70,9 @@ module contensou_integrate_step
       real(wp), allocatable :: sliding(:)
       !> How often the step was taken again because its spots were others.
       integer :: retaken = 0
-      !> Rates of the gaps of compliant contacts that remember at the end of the last step [m/s];
-      !> not allocated before there was one.
-      real(wp), allocatable :: way_rate(:)
+      !> Rates of the gaps of compliant contacts that remember at the end of the last step [m/s],
+      !> and what would press them if contacts could pull [N]; not allocated before there was one.
+      real(wp), allocatable :: way_rate(:), way_push(:)
       !> Whether steps are bounded for the sake of what contacts remember.
       logical :: bounded = .false.
       !> Step that these would just admit [s].

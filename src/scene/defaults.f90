@@ -144,7 +144,13 @@ contains
             do i = 1, n_parts
                choice = model_of(group, defaults, parts(i))
                at = parts(i)%keys(choice)%at(key)
-               if (at == 0) cycle
+               ! The keys of what is turned off by name may stay where they are, as in a contact.
+               if (at == 0) then
+                  used(k) = used(k) .or. (.not. parts(i)%models(choice)%acts .and. &
+                     text_in(group, defaults, trim(parts(i)%name)) /= "" .and. &
+                     goes_with(parts(i), key))
+                  cycle
+               end if
                with = trim(parts(i)%keys(choice)%keys(at)%with)
                instead = trim(parts(i)%keys(choice)%keys(at)%instead)
                if (with /= "") then
@@ -160,6 +166,18 @@ contains
          end associate
       end do
    end subroutine give_contact
+
+   !> Whether a key goes with any model of a part of a contact.
+   pure logical function goes_with(part, key)
+      type(part_type), intent(in) :: part
+      character(len=*), intent(in) :: key
+      integer :: i
+
+      goes_with = .false.
+      do i = 1, size(part%models)
+         goes_with = goes_with .or. part%keys(i)%at(key) > 0
+      end do
+   end function goes_with
 
    !> Position of the model of a part of a contact in its table.
    pure integer function model_of(group, defaults, part)

@@ -485,6 +485,17 @@ def test_defaults_that_are_set_only(expand, run, tmp_path):
     assert elastic > none
 
 
+def test_defaults_of_what_is_turned_off(expand, run, tmp_path):
+    text = PAIR.format(more=", tangential = 'elastic', layers = 8")
+    ab = group(expand(text, "defaults.tangential=none"), "contact", "ab")
+    assert ab["tangential"] == ["none"]
+    # Not where nothing is named, as in a contact.
+    (tmp_path / "scene.nml").write_text(PAIR.format(more=", layers = 8"))
+    said = run("check", tmp_path / "scene.nml")
+    assert said.status == 2
+    assert "no surface or contact takes 'layers'" in said.err
+
+
 def test_a_key_takes_the_place_of_a_default(expand):
     text = PAIR.format(more="").replace("'a', 'b' /", "'a', 'b', damping_coefficient = 0.1 /")
     ab = group(expand(text), "contact", "ab")

@@ -174,8 +174,7 @@ contains
       end if
       if (track%known) then
          call polish(self, placing, track%first, track%second, track%normal, gap, found)
-         if (found .and. self%several) found = .not. leads_through(self, placing, track%first, &
-            track%second, gap)
+         if (found) found = .not. leads_through(self, placing, track%first, track%second, gap)
          if (found) then
             track%lost = .false.
             if (self%several .and. gap > 0.0_wp) then
@@ -796,6 +795,7 @@ contains
             y_low = y
             n_low = n
          end if
+         if (found) found = .not. leads_through(self, placing, x, y, g)
          if (.not. found) cycle
          if (g >= best - 1.0e-13_wp*self%size) cycle
          best = g

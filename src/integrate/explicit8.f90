@@ -657,7 +657,7 @@ contains
       if (.not. self%advised .and. steps_left > merge(some_steps, many_steps, self%alert)) then
          self%advised = .not. self%alert
          self%advice = "the steps of explicit8 are limited by stability, not by accuracy: " // &
-            "cvode_bdf would take longer ones"
+            "cvode_bdf may take longer ones"
       end if
       if (self%foretold < foretold_hopeless .or. steps_left < too_many_steps) return
       self%hopeless = .true.

@@ -247,6 +247,50 @@ DRIVEN = """\
 """
 
 
+CONE_ON_ROD = """\
+&scene gravity = 0, 0, -9.81, t_end = 0.1 /
+&material name = 'gel', young = 1e8, poisson = 0.5 /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&body name = 'rod', motion = 'prescribed', mass = 0.3, inertia = 3*1, spin = {rod} /
+&body name = 'top', mass = 0.2, inertia = 3e-5, 3.5e-5, 4e-5, position = 0, 0, 0.1, place = 'touch'
+   velocity = {velocity}, spin = {spin} /
+&surface name = 'cone', body = 'top', shape = 'cone', half_angle = '30 deg', direction = 0, 1, 0
+   centre = 0, -0.06, 0, material = 'gel' /
+&surface name = 'bar', body = 'rod', shape = 'cylinder', radius = 0.02, direction = 1, 0, 0
+   material = 'steel' /
+&contact name = 'c', surfaces = 'bar', 'cone', damping = 'hunt_crossley', restitution = 0.7 /
+&integrator method = '{method}' /
+&output file = 'surfaces.h5', interval = 5e-4 /
+"""
+RODS = [
+    {"rod": "-13.2488, -43.4800, 17.7380", "velocity": "-0.11855, -0.46858, -0.21548",
+     "spin": "-6.0695, -18.9927, 6.1282"},
+    {"rod": "-20.9542, -43.3504, 3.1609", "velocity": "0.158341, -0.221637, -0.415694",
+     "spin": "16.4385, 12.5275, 8.0341"},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", RODS)
+def test_a_cone_on_a_rod_is_not_sought_through_the_rod(case, run, tmp_path):
+    # What trials of a method are far from led to the far side of the rod, 0.17 m deep.
+    ends = []
+    for method in ("explicit8", "cvode_bdf"):
+        scene = tmp_path / "surfaces.nml"
+        scene.write_text(CONE_ON_ROD.format(method=method, **case))
+        result = run("run", scene, "--force")
+        with h5py.File(
+            tmp_path / ("surfaces.h5" if result.status == 0 else "surfaces.h5.part")
+        ) as f:
+            time, gap = f["trajectory/time"][:], f["trajectory/gap"][:, 0]
+            ends.append(f["trajectory/position"][:, 0])
+        assert gap.min() > -1e-3, result.err
+        if result.status:
+            assert "conform" in result.err
+    rows = min(map(len, ends))
+    assert time[rows - 1] > 0.02
+    assert ends[0][:rows] == pytest.approx(ends[1][:rows], abs=1e-5)
+
+
 @pytest.mark.parametrize("first", ["floor", "egg"])
 def test_forces_of_varying_curvatures_are_told(first, simulate, tmp_path):
     """What a drive must hold is the sum of the forces and torques in the file, to rounding."""

@@ -13,7 +13,7 @@ module contensou_integrate_cvode
       CV_TSTOP_RETURN, CV_UNREC_RHSFUNC_ERR, FCVode, FCVodeCreate, FCVodeFree, &
       FCVodeGetCurrentOrder, FCVodeGetCurrentStep, FCVodeGetCurrentTime, FCVodeGetDky, &
       FCVodeGetErrWeights, FCVodeGetEstLocalErrors, FCVodeGetIntegratorStats, &
-      FCVodeGetLastStep, FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
+      FCVodeGetLastLinFlag, FCVodeGetLastStep, FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
       FCVodeGetNumLinRhsEvals, FCVodeGetNumSteps, FCVodeGetRootInfo, FCVodeInit, FCVodeReInit, &
       FCVodeRootInit, FCVodeSetErrFile, FCVodeSetInitStep, &
       FCVodeSetJacEvalFrequency, FCVodeSetJacFn, FCVodeSetLinearSolver, &
@@ -28,7 +28,8 @@ module contensou_integrate_cvode
    use fsundials_nonlinearsolver_mod, only : FSUNNonlinSolFree, SUNNonlinearSolver
    use fsundials_nvector_mod, only : FN_VDestroy, FN_VGetArrayPointer, N_Vector
    use fsunlinsol_dense_mod, only : FSUNLinSol_Dense
-   use fsunlinsol_klu_mod, only : FSUNLinSol_KLU, FSUNLinSol_KLUSetOrdering
+   use fsunlinsol_klu_mod, only : FSUNLinSol_KLU, FSUNLinSol_KLUReInit, &
+      FSUNLinSol_KLUSetOrdering
    use fsunmatrix_dense_mod, only : FSUNDenseMatrix, FSUNDenseMatrix_Data
    use fsunmatrix_sparse_mod, only : CSC_MAT, FSUNSparseMatrix, FSUNSparseMatrix_Data, &
       FSUNSparseMatrix_IndexPointers, FSUNSparseMatrix_IndexValues
@@ -47,6 +48,9 @@ module contensou_integrate_cvode
    !> Ordering of KLU for matrices of nearly symmetric structure, as a body with many neighbours
    !> makes them: AMD; the default, COLAMD, fills the matrix of a ring with ten balls.
    integer(c_int), parameter :: minimum_degree = 0_c_int
+
+   !> How to factorize next: with pivots of its own.
+   integer(c_int), parameter :: other_pivots = 2_c_int
 
    !> What is admitted of how bodies in flight tumble, over what is else, where contacts remember:
    !> keeps the energy of random ellipsoids to 1e-8 at rtol 1e-8.
@@ -68,6 +72,8 @@ module contensou_integrate_cvode
       integer, allocatable :: column_start(:), row(:), place(:), way_place(:, :)
       !> Memory of CVODE.
       type(c_ptr) :: memory = c_null_ptr
+      !> Solver of a sparse matrix.
+      type(SUNLinearSolver), pointer :: sparse_solver => null()
       !> Whether the time at which CVODE is to stop only shortens the step that begins.
       logical :: grading = .false.
       !> Time at which it is to stop else [s].
@@ -299,6 +305,7 @@ contains
                size(self%handle%row, kind=i8), CSC_MAT, self%context)
             self%linear_solver => FSUNLinSol_KLU(self%vector, self%matrix, self%context)
             flag = min(flag, FSUNLinSol_KLUSetOrdering(self%linear_solver, minimum_degree))
+            self%handle%sparse_solver => self%linear_solver
          else
             self%matrix => FSUNDenseMatrix(int(n, i8), int(n, i8), self%context)
             self%linear_solver => FSUNLinSol_Dense(self%vector, self%matrix, self%context)
@@ -839,6 +846,7 @@ contains
       type(handle_type), pointer :: handle
       real(c_double), pointer :: y(:), first(:), dense(:, :), sparse(:)
       integer(c_int64_t), pointer :: first_index(:), starts(:), rows(:)
+      integer(c_long) :: last(1)
       integer :: i, j
 
       call c_f_pointer(user_data, handle)
@@ -853,6 +861,11 @@ contains
          first_index => FSUNSparseMatrix_IndexValues(matrix)
          call c_f_pointer(c_loc(first_index(1)), rows, [size(handle%row)])
          rows = handle%row - 1
+         ! KLU keeps the order of the pivots, and where one of them is zero now, as after a trial
+         ! that was far too long, it fails each time.
+         flag = FCVodeGetLastLinFlag(handle%memory, last)
+         if (last(1) /= 0) flag = FSUNLinSol_KLUReInit(handle%sparse_solver, matrix, &
+            size(handle%row, kind=i8), other_pivots)
       else
          call find_entries(handle, t, y(:handle%n), handle%all_entries)
          first => FSUNDenseMatrix_Data(matrix)

@@ -386,6 +386,29 @@ SOFT = """\
 """
 
 
+ROW = """
+&scene t_end = 2e-3 /
+&material name = 'm', young = 1e10, poisson = 0.3 /
+&body name = 'ball', density = 2000, position = 0, 0, 0, count = 4, spacing = 0.02 /
+&body name = 'hit', density = 2000, velocity = 1, 0, 0
+   position = -0.019012857312228224, 0.00588136597532758, 0.001990173884139 /
+&surface name = 'skin', body = 'ball', shape = 'sphere', radius = 0.01, material = 'm' /
+&surface name = 'cap', body = 'hit', shape = 'sphere', radius = 0.01, material = 'm' /
+&contacts surfaces = '*', '*', friction = 'contensou_exact', friction_coefficient = 0.3
+   damping = 'hunt_crossley', restitution = 0.5 /
+&output file = 'row.h5', interval = 5e-6 /
+"""
+
+
+def test_a_trial_that_flies_through_a_row_of_balls(run, tmp_path):
+    # The sparse matrix of that trial left an order of pivots with which no other one had a factor.
+    (tmp_path / "row.nml").write_text(ROW)
+    result = run("run", "row.nml", "-q")
+    assert result.status == 0, result.err
+    with h5py.File(tmp_path / "row.h5") as file:
+        assert file["events/kind"].asstr()[()].tolist()[0] == "touch"
+
+
 @pytest.mark.parametrize("method", ["cvode_bdf", "cvode_adams", "explicit8"])
 @pytest.mark.parametrize("gravity", ["0,0,0", "0,0,-9.81"])
 def test_an_impact_beyond_the_theory(run, tmp_path, method, gravity):
